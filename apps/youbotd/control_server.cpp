@@ -136,7 +136,7 @@ void ControlServer::restore() {
   }
 }
 
-void ControlServer::serve(std::chrono::milliseconds patience) {
+void ControlServer::serve(std::chrono::milliseconds patience, int wake) {
   restore();
   // A client that could not be accepted still waits: it would end each poll() at once. poll() ignores
   // negative descriptors.
@@ -145,6 +145,7 @@ void ControlServer::serve(std::chrono::milliseconds patience) {
   const bool accepts = pause.count() <= 0;
   std::vector<pollfd> watched{{accepts ? listening_ : -1, POLLIN, 0}};
   for (const Connection& connection : connections_) watched.push_back({connection.socket, POLLIN, 0});
+  watched.push_back({wake, POLLIN, 0});
   const auto wait = accepts ? patience : std::min(patience, pause);
   const int ready = poll(watched.data(), watched.size(), static_cast<int>(wait.count()));
   if (ready < 0 && errno != EINTR) {

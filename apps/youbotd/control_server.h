@@ -47,7 +47,8 @@ class ControlServer {
 
   /// Answers pending requests, waiting for them at most this long. Recreates a socket that was removed from
   /// its directory.
-  void serve(std::chrono::milliseconds patience);
+  /// `wake`: a descriptor that ends the wait when it is readable; -1: none.
+  void serve(std::chrono::milliseconds patience, int wake = -1);
 
  private:
   struct Connection {

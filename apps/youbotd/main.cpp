@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "apps/youbotd/check.h"
+#include "apps/youbotd/run_page.h"
 #include "apps/youbotd/serve.h"
 #include "operation/config.h"
 #include "operation/report.h"
@@ -35,6 +36,8 @@ struct Arguments {
   std::optional<double> duration_s;
   std::string record_directory;
   std::string control_socket;
+  std::optional<std::string> page;
+  youbotd::RunPage* shown = nullptr;  // the page of this run
   bool demo = false;
   bool quiet = false;
   bool check = false;
@@ -62,6 +65,10 @@ void log_problems(const operation::RunSummary& summary) {
     spdlog::error("the last second before it is in {}", summary.fault_report->string());
 }
 
+void show_end(const Arguments& arguments, const operation::RunSummary& summary) {
+  if (arguments.shown != nullptr) arguments.shown->finish(summary);
+}
+
 /// The haptic device's thread may be refused only what the loop may do without.
 void relax(runtime::HapticOptions& haptic) {
   runtime::RealTimeThread attempt;  // released at once
@@ -87,6 +94,7 @@ int run_once(const Arguments& arguments, const operation::Config& config) {
       operation::run_session(config, arguments.session, runtime::stop_requested);
   print(arguments, operation::report(summary));
   log_problems(summary);
+  show_end(arguments, summary);
   return exit_code(summary);
 }
 
@@ -124,6 +132,7 @@ int run_demo(const Arguments& arguments, operation::Config config) {
     }
   }
   print(arguments, "\n" + operation::compare(summaries[0], summaries[1]));
+  show_end(arguments, summaries[1]);
   return runtime::kExitOk;
 }
 
@@ -135,6 +144,7 @@ int run_teleoperation(const Arguments& arguments, const operation::Config& confi
       operation::run_teleop_session(config, options, runtime::stop_requested);
   print(arguments, operation::report(summary));
   log_problems(summary);
+  show_end(arguments, summary);
   const int code = exit_code(summary);
   return code == runtime::kExitOk && arguments.demo && runtime::stop_requested ? runtime::kExitInterrupted
                                                                                : code;
@@ -153,16 +163,20 @@ int serve(const Arguments& arguments) {
                                     return configuration(arguments, settings);
                                   }},
                   .control_socket = arguments.control_socket,
-                  .allow_non_real_time = arguments.session.allow_non_real_time},
+                  .allow_non_real_time = arguments.session.allow_non_real_time,
+                  .page = arguments.page},
                  runtime::stop_requested);
   return runtime::kExitOk;
 }
 
+youbotd::Findings check(const Arguments& arguments, const operation::Config& config) {
+  return youbotd::check(config, {.record_directory = arguments.session.record_directory,
+                                 .virtual_time = arguments.session.virtual_time,
+                                 .allow_non_real_time = arguments.session.allow_non_real_time});
+}
+
 int run_check(const Arguments& arguments, const operation::Config& config) {
-  const youbotd::Findings findings =
-      youbotd::check(config, {.record_directory = arguments.session.record_directory,
-                              .virtual_time = arguments.session.virtual_time,
-                              .allow_non_real_time = arguments.session.allow_non_real_time});
+  const youbotd::Findings findings = check(arguments, config);
   if (arguments.format == runtime::Format::kJson)
     runtime::print(youbotd::json_of(findings));
   else
@@ -184,6 +198,8 @@ int run(Arguments arguments) {
     arguments.session.duration = std::chrono::nanoseconds(std::llround(*arguments.duration_s * 1e9));
   if (!arguments.record_directory.empty()) arguments.session.record_directory = arguments.record_directory;
   if (arguments.check) return run_check(arguments, config);
+  if (arguments.page && arguments.session.virtual_time)
+    throw std::invalid_argument("--page shows real time: not with --virtual-time");
   if (is_all_simulated(config)) arguments.session.allow_non_real_time = true;
   runtime::stop_on_signals();
   if (!arguments.quiet)
@@ -196,6 +212,13 @@ int run(Arguments arguments) {
   if (!config.teleoperated && config.path.displacements_B.empty())
     spdlog::warn("{}: no [[path.leg]], so the base stays where it is",
                  arguments.session.config_file.string());
+  std::optional<youbotd::RunPage> page;
+  if (arguments.page) {
+    page.emplace(*arguments.page, config, check(arguments, config), runtime::stop_requested);
+    arguments.session.live = &page->feed();
+    arguments.shown = &*page;
+    youbotd::announce(page->page());
+  }
   if (config.teleoperated) return run_teleoperation(arguments, config);
   return arguments.demo ? run_demo(arguments, config) : run_once(arguments, config);
 }
@@ -229,6 +252,12 @@ int main(int argc, char** argv) {
                  "serve: keep the drives off until `youbotctl` enables them over this Unix socket, and after "
                  "a fault until it is acknowledged and enabled again")
       ->check(not_empty);
+  app.add_option(
+         "--page", arguments.page,
+         "serve a live page in the browser at HOST:PORT (default: " + std::string(live::kDefaultAddress) +
+             "); whoever opens it sees everything and can stop the robot")
+      ->expected(0, 1)
+      ->default_str(std::string(live::kDefaultAddress));
   app.add_flag("--virtual-time", arguments.session.virtual_time,
                "as fast as the machine allows instead of real time (simulated robot and haptic device, or "
                "youbot-sim --lock-step on a bus)");

@@ -4,9 +4,13 @@
 
 #include <future>
 #include <optional>
+#include <span>
 #include <thread>
 #include <vector>
 
+#include "apps/youbotd/check.h"
+#include "apps/youbotd/page.h"
+#include "apps/youbotd/page_requests.h"
 #include "operation/teleop_run.h"
 #include "runtime/loop.h"
 #include "runtime/real_time.h"
@@ -15,6 +19,29 @@
 #include "runtime/start_thread.h"
 
 namespace youbotd {
+namespace {
+
+/// The page of a service.
+struct ServedPage {
+  ServedPage(const std::string& where, const ServeOptions& options, const operation::Config& config,
+             std::span<const hal::JointInfo> joints)
+      : page({.where = where,
+              .teleoperated = config.teleoperated,
+              .commanded = true,
+              .workspace = config.teleoperated ? config.teleoperation.workspace : config.cycle.workspace,
+              .checks = check(config, {.record_directory = options.service.record_directory,
+                                       .allow_non_real_time = options.allow_non_real_time})},
+             feed, requests) {
+    page.set_joints(joints);
+    announce(page);
+    spdlog::info("page with commands: {}", page.command_url());
+  }
+  operation::LiveFeed feed;
+  PageRequests requests;
+  Page page;
+};
+
+}  // namespace
 
 /// Devices and socket are opened here and the loop runs in its own thread; this one may wait.
 void serve(const ServeOptions& options, const std::atomic<bool>& stop) {
@@ -24,7 +51,13 @@ void serve(const ServeOptions& options, const std::atomic<bool>& stop) {
   runtime::OpenedRobot robot = runtime::open_robot(config.robot, clock, config.cycle.period);
   runtime::OpenedHaptic master;
   if (config.teleoperated) master = operation::open_master(config, clock);
-  Service service(options.service, config, robot, master, clock);
+  std::optional<ServedPage> page;
+  ServiceOptions service_options = options.service;
+  if (options.page) {
+    page.emplace(*options.page, options, config, robot.robot->joints());
+    service_options.live = &page->feed;
+  }
+  Service service(service_options, config, robot, master, clock);
   ControlServer server(options.control_socket, service);
   std::optional<runtime::HapticActivation> master_activation;
   if (master.device) {
@@ -63,8 +96,10 @@ void serve(const ServeOptions& options, const std::atomic<bool>& stop) {
                options.control_socket.string());
   service.manager().ready("drives off, waiting for commands");
   while (!over.load(std::memory_order_acquire)) {
-    server.serve(kBeat);
+    server.serve(kBeat, page ? page->requests.wake_descriptor() : -1);
+    if (page) page->requests.deliver(service);
     service.beat();
+    if (page) page->page.publish_status(service.status());
     spdlog::default_logger()->flush();  // the return of a log reader is not noticed otherwise
   }
   service.manager().stopping();

@@ -3,6 +3,8 @@
 #pragma once
 #include <atomic>
 #include <filesystem>
+#include <optional>
+#include <string>
 
 #include "apps/youbotd/service.h"
 
@@ -12,6 +14,7 @@ struct ServeOptions {
   ServiceOptions service;
   std::filesystem::path control_socket;
   bool allow_non_real_time = false;
+  std::optional<std::string> page{};  ///< where it is served, as live::WebServer
 };
 
 /// Runs until `stop` becomes true, then brings the robot to rest. Blocks. Nothing waits for the log: if its

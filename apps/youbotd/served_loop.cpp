@@ -54,6 +54,28 @@ void ServedLoop::idle() noexcept {
   if (master_ != nullptr && !orders_.leave_master) report_.master = master_->exchange({}, master_sample_);
 }
 
+/// What the joints measure while the drives are off.
+void ServedLoop::show_idle() noexcept {
+  if (live_ == nullptr) return;
+  const auto measured = [this](auto& record) {
+    for (std::size_t i = 0; i < record.position_rad.size(); ++i) {
+      record.position_rad[i] = robot_sample_.joints[i].position_rad;
+      record.torque_measured_Nm[i] = robot_sample_.joints[i].torque_Nm;
+    }
+    record.wake_up = times_.wake_up;
+    record.step = times_.step;
+  };
+  if (master_ != nullptr) {
+    operation::TeleopRecord record;
+    measured(record);
+    live_->add(record, /*running=*/false);
+  } else {
+    operation::CycleRecord record{.phase = operation::Phase::kOff};
+    measured(record);
+    live_->add(record, /*running=*/false);
+  }
+}
+
 void ServedLoop::keep() noexcept {
   ++report_.cycles;
   if (run_ != nullptr) {
@@ -67,6 +89,7 @@ void ServedLoop::keep() noexcept {
     }
   } else {
     report_.progress = {};
+    show_idle();
   }
   reports_.publish(report_);
 }

@@ -9,6 +9,7 @@
 #include "hal/haptic_device.h"
 #include "hal/newest_value.h"
 #include "hal/robot.h"
+#include "operation/live_feed.h"
 #include "operation/run.h"
 
 namespace youbotd {
@@ -37,12 +38,12 @@ struct LoopReport {
 /// Connects two threads: one steps it, for runtime::run_loop(), the other gives orders and reads reports.
 class ServedLoop {
  public:
-  /// `master` (haptic device) and `capture`, which does not record between runs, may be null. All must
-  /// outlive the loop. A run comes to rest if it has no orders for longer than `silence`, or this loop did
-  /// not step it for as long, because nothing else could stop it.
+  /// `master` (haptic device), `capture`, which does not record between runs, and `live` may be null. All
+  /// must outlive the loop. A run comes to rest if it has no orders for longer than `silence`, or this loop
+  /// did not step it for as long, because nothing else could stop it.
   ServedLoop(hal::Robot& robot, hal::HapticDevice* master, drivers::ethercat::PcapRing* capture,
-             std::chrono::nanoseconds silence)
-      : robot_(robot), master_(master), capture_(capture), silence_(silence) {}
+             std::chrono::nanoseconds silence, operation::LiveFeed* live = nullptr)
+      : robot_(robot), master_(master), capture_(capture), silence_(silence), live_(live) {}
 
   // Called by the other thread.
   void order(const Orders& orders) noexcept { orders_channel_.publish(orders); }
@@ -61,11 +62,13 @@ class ServedLoop {
   void heed(std::chrono::nanoseconds now) noexcept;
   void call_off() noexcept;
   void idle() noexcept;
+  void show_idle() noexcept;
 
   hal::Robot& robot_;
   hal::HapticDevice* master_;
   drivers::ethercat::PcapRing* capture_;
   std::chrono::nanoseconds silence_;
+  operation::LiveFeed* live_;
   hal::NewestValue<Orders> orders_channel_;
   hal::NewestValue<LoopReport> reports_;
   Orders orders_;

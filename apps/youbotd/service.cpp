@@ -66,7 +66,7 @@ Service::Service(const ServiceOptions& options, const operation::Config& config,
       robot_(robot),
       master_(master),
       clock_(clock),
-      loop_(*robot.robot, master.device.get(), robot.capture.get(), config.commander_timeout),
+      loop_(*robot.robot, master.device.get(), robot.capture.get(), config.commander_timeout, options.live),
       mode_(config.teleoperated ? "teleoperation" : "path") {}
 
 void Service::require_usable_configuration() {
@@ -356,8 +356,10 @@ void Service::open_master_again() {
 }
 
 operation::RunOptions Service::next_run() const {
-  operation::RunOptions run{
-      .config_file = options_.config_file, .experiment = mode_, .virtual_time = !clock_.is_real()};
+  operation::RunOptions run{.config_file = options_.config_file,
+                            .experiment = mode_,
+                            .virtual_time = !clock_.is_real(),
+                            .live = options_.live};
   for (int number = 1; options_.record_directory; ++number) {
     run.record_directory = *options_.record_directory / ("run-" + std::to_string(number));
     if (!std::filesystem::exists(*run.record_directory)) break;

@@ -20,6 +20,7 @@
 #include "apps/youbotd/served_loop.h"
 #include "hal/clock.h"
 #include "operation/config.h"
+#include "operation/live_feed.h"
 #include "operation/run.h"
 #include "operation/velocity_source.h"
 #include "runtime/open_haptic.h"
@@ -37,6 +38,7 @@ struct ServiceOptions {
   std::optional<std::filesystem::path> record_directory{};
   /// The configuration with these settings applied, as made by `youbotctl set`.
   std::function<operation::Config(const std::map<std::string, std::string>& settings)> configuration;
+  operation::LiveFeed* live = nullptr;  ///< of the page; null: none
 };
 
 /// Answers requests and gives a ServedLoop its orders. It uses no socket, thread or machine clock: serve()
@@ -73,6 +75,8 @@ class Service final : public ControlServer::Listener {
   /// A run is under way.
   bool enabled() const noexcept { return run_ != nullptr; }
 
+  /// For the page: the status of every answer.
+  nlohmann::json status() const;
   std::string answer(const Peer& peer, const std::string& request) override;
   void gone(const Peer& peer) override;
   bool commands(const Peer& peer) const override {
@@ -100,7 +104,6 @@ class Service final : public ControlServer::Listener {
   // Status, service_status.cpp.
   bool faulted() const noexcept { return !fault_.empty() && !fault_acknowledged_; }
   std::string robot_state() const;
-  nlohmann::json status() const;
 
   void require_same_devices(const operation::Config& config) const;
   /// `velocity`, unless null, receives the velocity source, in the mode that uses one.

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/youbotd/service.h"
+#include "apps/youbotd/status_json.h"
 #include "runtime/program/build_info.h"
 
 namespace youbotd {
@@ -13,18 +14,6 @@ using nlohmann::json;
 
 json numbers(const std::array<double, 3>& values) {
   return std::isfinite(values[0]) ? json(values) : json(nullptr);
-}
-
-json bus_json(const std::optional<hal::BusLosses>& losses) {
-  if (!losses) return nullptr;
-  constexpr std::array<const char*, 3> kLevels{"ok", "warning", "fault"};
-  return {{"level", kLevels[static_cast<std::size_t>(losses->level)]},
-          {"bridged_of_1000_cycles", losses->cycles},
-          {"lost", losses->lost},
-          {"incomplete", losses->incomplete},
-          {"late", losses->late},
-          {"twice", losses->twice},
-          {"damaged", losses->damaged}};
 }
 
 json recording_json(const std::filesystem::path& directory,
@@ -67,8 +56,9 @@ json Service::status() const {
   status["fault_report"] = fault_report_.string();
   status["fault_robot_report"] = fault_robot_report_;
   status["robot_trouble"] = device_faults_;
+  status["devices"] = json_of(robot_.robot->devices());
   status["notes"] = notes_;
-  status["bus"] = bus_json(robot_.robot->losses());
+  status["bus"] = json_of(robot_.robot->losses());
   status["recording"] = recording_json(recorded_to_, recording_);
   if (run_) {
     status["time_s"] = std::chrono::duration<double>(now.time).count();

@@ -22,7 +22,7 @@ export async function launch() {
   const browser = spawn(program, [
     '--headless=new', '--no-sandbox', '--disable-gpu', '--disable-dev-shm-usage', '--no-first-run',
     '--disable-background-networking', '--disable-component-update', '--disable-sync', '--disable-extensions',
-    '--host-resolver-rules=MAP * ~NOTFOUND', '--hide-scrollbars', '--force-device-scale-factor=1', '--remote-debugging-pipe',
+    '--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1', '--hide-scrollbars', '--force-device-scale-factor=1', '--remote-debugging-pipe',
     `--user-data-dir=${profile}`, 'about:blank',
   ], {stdio: ['ignore', 'ignore', 'pipe', 'pipe', 'pipe']});
 

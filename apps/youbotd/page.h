@@ -1,0 +1,96 @@
+/// @file
+/// The live page, and the stream that it shows (README.md, "The page").
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "apps/youbotd/check_parts.h"
+#include "apps/youbotd/control_server.h"
+#include "control/workspace.h"
+#include "hal/robot.h"
+#include "live/foxglove.h"
+#include "live/web_server.h"
+#include "operation/live_channels.h"
+#include "operation/live_feed.h"
+
+namespace youbotd {
+
+/// Everyone who can open the page sees everything and can stop the robot. Other commands need the token,
+/// which is part of command_url().
+class Page final : public live::Site {
+ public:
+  /// The page gets the status once in this time.
+  static constexpr std::chrono::milliseconds kStatusPeriod{200};
+  using Reply = std::function<void(std::string answer)>;
+
+  /// The other end of the page's commands. On the page's thread; replies may come from any thread.
+  class Commands {
+   public:
+    Commands() = default;
+    Commands(const Commands&) = delete;
+    Commands& operator=(const Commands&) = delete;
+    virtual ~Commands() = default;
+    /// A request as on the control socket, which is answered in the same way.
+    virtual void ask(const Peer& peer, const std::string& request, Reply reply) = 0;
+    virtual void stop(const std::string& who) = 0;
+    virtual void gone(const Peer& peer) = 0;
+  };
+  struct Options {
+    std::string where;  ///< as live::WebServer
+    bool teleoperated = false;
+    bool commanded = false;  ///< there is a service: the page has its buttons
+    control::Workspace workspace{};
+    nlohmann::json first_status{};  ///< until the first publish_status()
+    Findings checks{};              ///< of `youbotd --check`
+  };
+
+  /// `feed` and `commands` must outlive it. @throws as live::WebServer.
+  Page(Options options, operation::LiveFeed& feed, Commands& commands);
+  ~Page() override;
+
+  const std::string& url() const noexcept { return server_->url(); }
+  std::string command_url() const { return url() + "#token=" + token_; }
+  bool local_only() const noexcept { return server_->local_only(); }
+
+  // Any thread.
+  void publish_status(nlohmann::json status);
+  void set_joints(std::span<const hal::JointInfo> joints);
+
+ private:
+  class Talk;
+
+  live::Response answer(const live::Request& request) override;
+  std::optional<Opening> open(const live::Request& request) override;
+  void tick() override;
+  live::Response fault_report(std::string_view extension) const;
+  nlohmann::json info() const;
+  void add_what_the_feed_knows(nlohmann::json& status) const;
+  static std::uint64_t now_ns();
+
+  Options options_;
+  operation::LiveFeed& feed_;
+  Commands& commands_;
+  std::string token_;
+  live::FoxgloveStream stream_;
+  operation::LiveChannels channels_;
+  nlohmann::json status_;
+  std::vector<hal::JointInfo> joints_;
+  std::chrono::steady_clock::time_point published_{};
+  std::uint64_t talks_ = 0;
+  const char* phase_ = "off";                // of the newest sample
+  std::unique_ptr<live::WebServer> server_;  // last: its thread uses all of the above
+};
+
+/// Prints its address, and warns if it can be reached from elsewhere.
+void announce(const Page& page);
+
+}  // namespace youbotd

@@ -1,0 +1,76 @@
+#include "apps/youbotd/page_requests.h"
+
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "hal/setup_error.h"
+
+namespace youbotd {
+
+PageRequests::PageRequests() : wake_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
+  if (wake_ < 0)
+    throw hal::SetupError("page", std::string("event descriptor: ") + std::strerror(errno),
+                          "allow more open files (ulimit -n)");
+}
+
+PageRequests::~PageRequests() { close(wake_); }
+
+void PageRequests::wake() const noexcept {
+  const std::uint64_t one = 1;
+  // Fails only when it is about to wake anyway.
+  [[maybe_unused]] const ssize_t written = write(wake_, &one, sizeof one);
+}
+
+void PageRequests::ask(const Peer& peer, const std::string& request, Page::Reply reply) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (entries_.size() < kMaxPageRequests) {
+      entries_.push_back({peer, request, std::move(reply)});
+      reply = nullptr;
+    }
+  }
+  if (reply) return reply(R"({"ok": false, "error": "too many requests of pages wait: try again"})");
+  wake();
+}
+
+void PageRequests::stop(const std::string& who) {
+  {
+    const std::lock_guard lock(mutex_);
+    stopped_by_ = who;
+  }
+  wake();
+}
+
+/// Not bounded: there is at most one for each connection.
+void PageRequests::gone(const Peer& peer) {
+  {
+    const std::lock_guard lock(mutex_);
+    entries_.push_back({peer, "", nullptr});
+  }
+  wake();
+}
+
+void PageRequests::deliver(ControlServer::Listener& listener) {
+  std::uint64_t wakes = 0;
+  [[maybe_unused]] const ssize_t size = read(wake_, &wakes, sizeof wakes);
+  std::deque<Entry> entries;
+  std::string stopped_by;
+  {
+    const std::lock_guard lock(mutex_);
+    entries.swap(entries_);
+    stopped_by.swap(stopped_by_);
+  }
+  if (!stopped_by.empty()) (void)listener.answer({.name = stopped_by}, "stop");
+  for (const Entry& entry : entries) {
+    if (entry.request.empty())
+      listener.gone(entry.peer);
+    else
+      entry.reply(listener.answer(entry.peer, entry.request));
+  }
+}
+
+}  // namespace youbotd

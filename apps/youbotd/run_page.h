@@ -1,0 +1,37 @@
+/// @file
+/// The page of a run that the command line started.
+#pragma once
+#include <atomic>
+#include <string>
+
+#include "apps/youbotd/page.h"
+#include "operation/config.h"
+#include "operation/live_feed.h"
+#include "operation/run_summary.h"
+
+namespace youbotd {
+
+/// It shows the run and can stop it, and nothing else.
+class RunPage final : private Page::Commands {
+ public:
+  /// A stop sets `stop`, which must outlive it. @throws as live::WebServer.
+  RunPage(const std::string& where, const operation::Config& config, Findings checks,
+          std::atomic<bool>& stop);
+
+  operation::LiveFeed& feed() noexcept { return feed_; }
+  const Page& page() const noexcept { return page_; }
+  /// Shows how the run ended; waits for the page to get it.
+  void finish(const operation::RunSummary& summary);
+
+ private:
+  void ask(const Peer& peer, const std::string& request, Page::Reply reply) override;
+  void stop(const std::string& who) override;
+  void gone(const Peer& /*peer*/) override {}
+
+  std::atomic<bool>& stop_;
+  nlohmann::json status_;
+  operation::LiveFeed feed_;
+  Page page_;  // last: its thread uses the above
+};
+
+}  // namespace youbotd
