@@ -56,15 +56,20 @@ python3-numpy")
 Python, with numpy.")
 endif()
 
-# Each Debian package contains its licence, and that of dygraphs, which the programs embed in their reports.
+# Each Debian package contains its licence, and those of dygraphs and three.js, which the programs embed.
 file(READ NOTICE notice)
 file(READ ${YOUBOT_DYGRAPHS_LICENSE} dygraphs)
+file(READ ${YOUBOT_THREE_LICENSE} three)
 file(WRITE ${PROJECT_BINARY_DIR}/generated/copyright "${notice}
 License: Apache-2.0, whose text is in /usr/share/common-licenses/Apache-2.0.
 
 Reports that the programs write contain dygraphs (https://dygraphs.com):
 
-${dygraphs}")
+${dygraphs}
+
+The page of youbotd contains three.js (https://threejs.org):
+
+${three}")
 foreach(component IN LISTS CPACK_COMPONENTS_ALL)
   string(TOUPPER ${component} COMPONENT)
   install(FILES ${PROJECT_BINARY_DIR}/generated/copyright

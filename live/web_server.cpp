@@ -357,7 +357,7 @@ tcp::endpoint endpoint_of(const std::string& where) {
   const bool has_port =
       only_port || (colon != std::string::npos && where.find(']', colon) == std::string::npos);
   std::string host = only_port ? "localhost" : has_port ? where.substr(0, colon) : where;
-  const std::string port = only_port ? where : has_port ? where.substr(colon + 1) : "8080";
+  const std::string port = only_port ? where : has_port ? where.substr(colon + 1) : "8765";
   if (host == "localhost") host = "127.0.0.1";
   if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);
   Error error;
@@ -378,7 +378,7 @@ WebServer::WebServer(const std::string& where, Site& site) {
     throw hal::SetupError("page at " + text_of(wanted), "listen: " + error.code().message(),
                           error.code() == asio::error::address_in_use
                               ? "another program uses this port; choose another one, as --page 8081"
-                              : "choose an address of this machine, as --page 127.0.0.1:8080");
+                              : "choose an address of this machine, as --page 127.0.0.1:8765");
   }
   tcp::endpoint bound = listener_->endpoint();
   local_only_ = bound.address().is_loopback();

@@ -102,7 +102,7 @@ class WebServer {
   WebServer& operator=(const WebServer&) = delete;
   ~WebServer();
 
-  /// "http://127.0.0.1:8080/"
+  /// "http://127.0.0.1:8765/"
   const std::string& url() const noexcept { return url_; }
   bool local_only() const noexcept { return local_only_; }  ///< only programs of this machine can connect
   /// Any thread: runs `work` on the server's thread.
@@ -116,6 +116,6 @@ class WebServer {
 };
 
 /// The default of --page.
-inline constexpr std::string_view kDefaultAddress = "127.0.0.1:8080";
+inline constexpr std::string_view kDefaultAddress = "127.0.0.1:8765";
 
 }  // namespace live

@@ -20,7 +20,7 @@ export async function launch() {
   // requests of the page are visible and stay local. Without scroll bars: the browser hides them for a screenshot of
   // the whole page, which widens every plot, and restores them at an unpredictable time.
   const browser = spawn(program, [
-    '--headless=new', '--no-sandbox', '--disable-gpu', '--disable-dev-shm-usage', '--no-first-run',
+    '--headless=new', '--no-sandbox', '--disable-gpu', '--enable-unsafe-swiftshader', '--disable-dev-shm-usage', '--no-first-run',
     '--disable-background-networking', '--disable-component-update', '--disable-sync', '--disable-extensions',
     '--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1', '--hide-scrollbars', '--force-device-scale-factor=1', '--remote-debugging-pipe',
     `--user-data-dir=${profile}`, 'about:blank',

@@ -60,9 +60,10 @@ function reasons() {
   if (status.master_state && status.master_state !== 'ready')
     list.push({found: `haptic device: ${status.master_state}`});
   for (const line of status.robot_trouble ?? []) list.push({found: line});
-  list.push(...info.checks);
+  list.push(...info.checks.filter(({mark}) => mark === 'fail'));
   if (list.length === 0) list.push({found: 'nothing is in the way: it waits for an enable'});
-  return list;
+  return [...list, ...info.checks.filter(({mark}) => mark === 'warn')
+    .map(({found, remedy}) => ({found: `no obstacle, but ${found}`, remedy}))];
 }
 
 function element(tag, content, name) {
@@ -157,10 +158,7 @@ function show_bus() {
   const picture = JSON.stringify(devices);
   if (picture === drawn_bus && drawn_bus !== '') return;
   drawn_bus = picture;
-  if (devices.length === 0) {
-    at('bus').replaceChildren(element('p', 'This robot has no bus.'));
-    return;
-  }
+  show('bus-section', devices.length > 0);
   let lost_from = devices.length;
   while (lost_from > 0 && !devices[lost_from - 1].works) --lost_from;
   const pitch = 26;
