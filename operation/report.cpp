@@ -41,14 +41,18 @@ std::string verdict(const Summary& without, const Summary& with) {
 
 std::string report_of_any_run(const RunSummary& summary) {
   const runtime::LoopStatistics& loop = summary.loop;
-  std::string text = fmt::format("loop         {} cycles, {} overruns; step {}\n", loop.cycles, loop.overruns,
-                                 quantiles(loop.step));
-  text += summary.virtual_time ? "wake-up      not measured in virtual time\n"
-                               : fmt::format("wake-up      {}\n", quantiles(loop.wake_up));
-  const runtime::Disturbances& events = loop.disturbances;
-  text += fmt::format("memory, CPU  {} page faults (major {}), {} involuntary context switches\n",
-                      events.minor_faults + events.major_faults, events.major_faults,
-                      events.involuntary_switches);
+  std::string text = fmt::format("loop         {} cycles", loop.cycles);
+  // In virtual time the durations are those of a machine that need not keep up.
+  if (summary.virtual_time) {
+    text += " in virtual time\n";
+  } else {
+    const runtime::Disturbances& events = loop.disturbances;
+    text += fmt::format(", {} overruns; step {}\nwake-up      {}\n", loop.overruns, quantiles(loop.step),
+                        quantiles(loop.wake_up));
+    text += fmt::format("memory, CPU  {} page faults (major {}), {} involuntary context switches\n",
+                        events.minor_faults + events.major_faults, events.major_faults,
+                        events.involuntary_switches);
+  }
   text += fmt::format("limiters     cycles: set-point {}, torque rate {}, wall of the workspace {}\n",
                       summary.cycles_setpoint_limited, summary.cycles_torque_rate_limited,
                       summary.cycles_at_wall);

@@ -1,7 +1,8 @@
-// served_bench: whether clients of the control socket delay youbotd's loop. youbotd serves a loopback robot
-// at 1 kHz; its own recording contains how late each cycle began and how long it took: with the commander
-// only, with as many threads that only compute, and with hostile clients (support::HostileClients). The
-// compared cases alternate, so that the machine's noise affects all. A slow machine causes no failure.
+// served_bench: whether clients of the control socket or of the page delay youbotd's loop. youbotd serves a
+// loopback robot at 1 kHz; its own recording contains how late each cycle began and how long it took: with
+// the commander only, with viewers of the page, with threads that only compute, and with as many threads of
+// hostile clients (support::HostileClients). The compared cases alternate, so that the machine's noise
+// affects all. A slow machine causes no failure.
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -21,6 +22,7 @@
 #include "tests/bench/figures.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/hostile_clients.h"
+#include "tests/support/page_viewers.h"
 #include "tests/support/process.h"
 #include "tests/support/recording.h"
 #include "tests/support/temporary_directory.h"
@@ -34,6 +36,7 @@ constexpr int kRounds = 4;
 constexpr std::chrono::seconds kRun{3};
 constexpr std::chrono::milliseconds kBetweenRequests{20};
 constexpr double kPeriod_s = 0.001;
+constexpr int kViewers = 32;
 
 struct Row {
   std::string name;
@@ -129,8 +132,8 @@ int run() {
   const std::filesystem::path socket = folder / "control";
   const std::filesystem::path config = folder.write(
       "base.toml", "[path]\nspeed_m_per_s = 0.2\nacceleration_m_per_s2 = 1.0\n[[path.leg]]\nforward_m = 1\n");
-  support::Process youbotd({support::program("youbotd"), "--config", config, "--control", socket, "--record",
-                            folder / "runs", "--allow-non-rt"});
+  support::Process youbotd({support::program("youbotd"), "--config", config, "--control", socket, "--page",
+                            "127.0.0.1:0", "--record", folder / "runs", "--allow-non-rt"});
   if (!youbotd.wait_for("waiting for commands")) throw std::runtime_error("youbotd did not start");
   {
     youbotctl::Client client(socket);
@@ -139,8 +142,17 @@ int run() {
   const std::size_t threads = support::HostileClients(folder / "unused").threads();
   using Body = std::function<void()>;
   using Disturb = std::function<void(Row&, const Body&)>;
-  std::array<std::pair<Row, Disturb>, 3> rows{
+  const std::string& log = youbotd.output();
+  const std::string address = "page: http://127.0.0.1:";
+  const auto port = static_cast<std::uint16_t>(std::stoi(log.substr(log.find(address) + address.size())));
+  std::array<std::pair<Row, Disturb>, 4> rows{
       {{{"its commander alone"}, [](Row&, const Body& body) { body(); }},
+       {{std::to_string(kViewers) + " viewers of the page"},
+        [port](Row&, const Body& body) {
+          const support::PageViewers viewers(port, kViewers);
+          body();
+          if (viewers.bytes() == 0) throw std::runtime_error("no viewer got anything");
+        }},
        {{std::to_string(threads) + " threads compute"},
         [threads](Row&, const Body& body) {
           const BusyThreads busy(threads);
