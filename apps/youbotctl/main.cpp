@@ -7,7 +7,9 @@
 #include <array>
 #include <cerrno>
 #include <cstdio>
+#include <filesystem>
 #include <functional>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
@@ -16,6 +18,7 @@
 #include <vector>
 
 #include "apps/youbotctl/client.h"
+#include "apps/youbotctl/export_lerobot.h"
 #include "apps/youbotctl/files.h"
 #include "drivers/uninterrupted.h"
 #include "hal/setup_error.h"
@@ -40,6 +43,8 @@ struct Arguments {
   std::string key;
   std::string in;
   std::string out;
+  std::vector<std::filesystem::path> paths;
+  youbotctl::LerobotOptions lerobot;
 };
 
 std::string text(const json& status, const char* key) {
@@ -286,5 +291,33 @@ int main(int argc, char** argv) {
       "write what can be read of a torn MCAP file into a complete one, and say how much was lost. Needs "
       "no youbotd",
       [&] { return youbotctl::recover(arguments.in, arguments.out, arguments.quiet); });
+  CLI::App* learning =
+      command("export",
+              "the demonstrations in recordings of teleoperations as a dataset for learning, at a regular "
+              "frame rate: "
+              "export lerobot RUN/teleoperation.csv DATASET. Needs no youbotd",
+              [&] {
+                const std::filesystem::path out = arguments.paths.back();
+                arguments.paths.pop_back();
+                return youbotctl::export_lerobot(arguments.paths, out, arguments.lerobot, arguments.quiet);
+              });
+  learning->add_option("format", "lerobot: of LeRobot, version 3.0")
+      ->required()
+      ->check(CLI::IsMember({"lerobot"}));
+  // One list, because the library gives all of them to the first of two options.
+  learning
+      ->add_option("paths", arguments.paths,
+                   "recordings, CSV or MCAP, an episode each; last the directory to create")
+      ->required()
+      ->expected(2, std::numeric_limits<int>::max());
+  learning
+      ->add_option("--fps", arguments.lerobot.frames.fps,
+                   "frames per second; no more than the recordings have rows")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  learning->add_option("--task", arguments.lerobot.task, "what the operator did, in words")
+      ->capture_default_str();
+  learning->add_flag("--all-phases", arguments.lerobot.frames.all_phases,
+                     "all rows of a recording, also before and after the operation");
   return runtime::run_app(app, argc, argv, [&] { return chosen(); });
 }
