@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 
 #include "control/teleoperation.h"
@@ -244,6 +245,16 @@ class Resampler {
   Demonstrations result_;
 };
 
+/// Of a directory, that of its run.
+std::filesystem::path recording_at(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::is_directory(path, error)) return path;
+  for (const char* name : {"teleoperation.csv", "teleoperation.mcap"})
+    if (std::filesystem::exists(path / name, error)) return path / name;
+  throw runtime::ConfigError(
+      {path.string() + ": contains no recording of a teleoperation, teleoperation.csv or .mcap"});
+}
+
 }  // namespace
 
 const std::vector<Feature>& teleoperation_features() {
@@ -265,7 +276,8 @@ bool may_be_missing(const std::string& column) {
   return column == "gripper_opening_m" || column.starts_with("contact_force_");
 }
 
-Demonstrations read_demonstrations(const std::filesystem::path& recording, const FrameOptions& options) {
+Demonstrations read_demonstrations(const std::filesystem::path& path, const FrameOptions& options) {
+  const std::filesystem::path recording = recording_at(path);
   std::optional<Resampler> resampler;
   std::vector<std::string> warnings;
   const runtime::mcap::RowVisitor rows{

@@ -11,12 +11,12 @@ namespace youbotctl {
 
 /// What becomes of the rows between two frames.
 ///
-/// A policy that runs on the robot reads its state at an instant and knows nothing of the future. So a frame
-/// has no value from after its time, and none is interpolated: quaternions stay of unit length and openings
-/// of the gripper are those that were commanded. Positions move by less than their noise within a row, and
-/// nothing in them is faster than half the frame rate that could alias. Torques and forces have ripple and
-/// contacts up to the rate of the rows: their mean over the frame leaves no ripple at multiples of the frame
-/// rate, damps what would alias elsewhere, and keeps the impulse, the sum over the frames times their period.
+/// A policy that runs on the robot reads its state at an instant and does not know the future. So no value of
+/// a frame is later than its time, and none is interpolated: quaternions keep their length, and openings of
+/// the gripper are those that were commanded. Poses need no filter, because next to nothing of them is faster
+/// than half the frame rate (below 0.1 mm and 0.1 mrad in the demo). Torques and forces have ripple and
+/// contacts. Their mean over the frame damps what would alias, has no ripple at multiples of the frame rate,
+/// and keeps the impulse: the sum over the frames times their period.
 enum class Resampling : std::uint8_t {
   kNewest,  ///< that of the newest row at the time of the frame
   kMean,    ///< the mean of the rows since the frame before; of the first frame, its row alone
@@ -49,10 +49,10 @@ struct FrameOptions {
   bool all_phases = false;  ///< each row; otherwise from the first to the last one of the phase `operating`
 };
 
-/// Reads CSV or MCAP. Rows that are missing for longer than a frame, or another phase than `let go`, end an
-/// episode.
+/// Reads CSV, MCAP, or the one in the directory of a run. Rows that are missing for longer than a frame, or
+/// another phase than `let go`, end an episode.
 /// @throws runtime::ConfigError naming the file, and what to do, if it is damaged, no teleoperation, slower
 /// than `fps` or has no two frames of operation.
-Demonstrations read_demonstrations(const std::filesystem::path& recording, const FrameOptions& options);
+Demonstrations read_demonstrations(const std::filesystem::path& path, const FrameOptions& options);
 
 }  // namespace youbotctl

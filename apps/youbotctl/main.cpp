@@ -295,7 +295,7 @@ int main(int argc, char** argv) {
       command("export",
               "the demonstrations in recordings of teleoperations as a dataset for learning, at a regular "
               "frame rate: "
-              "export lerobot RUN/teleoperation.csv DATASET. Needs no youbotd",
+              "export lerobot RUN-1 RUN-2 DATASET. Needs no youbotd",
               [&] {
                 const std::filesystem::path out = arguments.paths.back();
                 arguments.paths.pop_back();
@@ -306,8 +306,9 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"lerobot"}));
   // One list, because the library gives all of them to the first of two options.
   learning
-      ->add_option("paths", arguments.paths,
-                   "recordings, CSV or MCAP, an episode each; last the directory to create")
+      ->add_option(
+          "paths", arguments.paths,
+          "recordings, CSV, MCAP or directories of runs, an episode each; last the directory to create")
       ->required()
       ->expected(2, std::numeric_limits<int>::max());
   learning
