@@ -147,7 +147,7 @@ class Dataset {
   }
   /// With its folders.
   fs::path file(const std::string& name) {
-    const fs::path path = root_ / name;
+    fs::path path = root_ / name;
     made_.add(runtime::make_output_directory(path.parent_path()));
     made_.add(path);
     return path;

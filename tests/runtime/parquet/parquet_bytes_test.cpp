@@ -15,7 +15,11 @@
 
 namespace parquet_bytes_test {
 
-using namespace runtime::parquet;
+using runtime::parquet::append_varint;
+using runtime::parquet::ParquetWriter;
+using runtime::parquet::ThriftStruct;
+using runtime::parquet::Type;
+using runtime::parquet::Values;
 
 std::string hex(std::string_view text) {
   constexpr std::string_view kDigits = "0123456789abcdef";
