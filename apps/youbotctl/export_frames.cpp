@@ -162,11 +162,12 @@ class Resampler {
       const std::size_t begin = values.size();
       for (std::size_t i = 0; i < columns_[f].size(); ++i) {
         const std::size_t column = columns_[f][i];
-        const double value = feature.resampling == Resampling::kMean ? mean_[column] : newest_[column];
+        const auto value =
+            static_cast<float>(feature.resampling == Resampling::kMean ? mean_[column] : newest_[column]);
         if (!std::isfinite(value) && !may_be_missing_[column])
           throw std::invalid_argument(
               fmt::format("{} is not a number at {:.3f} s", feature.columns[i], next_frame_s()));
-        values.push_back(static_cast<float>(value));
+        values.push_back(value);
       }
       keep_sign_of_rotation(feature, values, begin);
     }

@@ -106,7 +106,7 @@ std::vector<Series> series_of(const Demonstrations& demonstrations, int fps) {
       for (const Episode& episode : demonstrations.episodes) {
         frames += episode.frames;
         for (std::size_t i = 0; i < episode.frames; ++i)
-          missing += std::isnan(episode.values[f][i * width + d]);
+          missing += !std::isfinite(episode.values[f][i * width + d]);
       }
       if (missing == 0) there.push_back(d);
       if (missing > 0 && missing < frames)
