@@ -72,7 +72,7 @@ std::span<const double> part(const Series& series, const Place& place) {
       .subspan(place.begin * series.width(), (place.end - place.begin) * series.width());
 }
 
-/// A file that exists under its name once it is complete, since nothing reads the dataset before.
+/// Written under its final name, because nothing reads a dataset without meta/info.json, which comes last.
 class ParquetFile {
  public:
   ParquetFile(const fs::path& path, std::vector<parquet::Column> columns,
@@ -138,7 +138,7 @@ std::vector<Series> series_of(const Demonstrations& demonstrations, int fps) {
   return all;
 }
 
-/// A directory that is being filled; whatever is in it goes if it is not kept.
+/// The directory of a dataset. The destructor removes what was created in it unless keep() was called.
 class Dataset {
  public:
   explicit Dataset(const fs::path& root) : root_(root) {

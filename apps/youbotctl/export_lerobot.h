@@ -21,8 +21,7 @@ struct LerobotOptions {
 
 /// Writes data/chunk-000/file-000.parquet, …, meta/episodes/chunk-000/file-000.parquet, meta/tasks.parquet,
 /// meta/stats.json and, when they are complete, meta/info.json, without which LeRobot reads none of them. The
-/// layout is that of LeRobot's own writer, field by field (src/lerobot/datasets/ of its release 0.4 and
-/// later).
+/// layout is that of LeRobot's own writer, field by field (src/lerobot/datasets/ at its commit 7427f318).
 /// @throws std::invalid_argument if `out` has files or the task is no text; hal::SetupError if it cannot be
 /// written. Nothing is left behind then.
 void write_lerobot(const Demonstrations& demonstrations, const std::filesystem::path& out,
