@@ -50,8 +50,8 @@ class FoxgloveStream::Client final : public Conversation {
     if (!request.is_object() || !request.contains("op") || !request["op"].is_string())
       return warn("a message without an \"op\" is ignored");
     const std::string op = request["op"];
-    if (op == "subscribe") return subscribe(request.value("subscriptions", json::array()));
-    if (op == "unsubscribe") return unsubscribe(request.value("subscriptionIds", json::array()));
+    if (op == "subscribe") return subscribe(member(request, "subscriptions"));
+    if (op == "unsubscribe") return unsubscribe(member(request, "subscriptionIds"));
     warn("this stream is for reading; it ignores \"" + op.substr(0, 40) + "\"");
   }
 
@@ -64,6 +64,14 @@ class FoxgloveStream::Client final : public Conversation {
   }
 
  private:
+  /// Null if it is missing. No copy: that of deeply nested lists would need more stack than there is.
+  static const json& member(const json& value, const char* name) {
+    static const json null;
+    if (!value.is_object()) return null;
+    const auto found = value.find(name);
+    return found == value.end() ? null : *found;
+  }
+
   static std::optional<std::uint32_t> number(const json& value) {
     if (!value.is_number_unsigned() || value.get<std::uint64_t>() > UINT32_MAX) return std::nullopt;
     return value.get<std::uint32_t>();
@@ -72,9 +80,8 @@ class FoxgloveStream::Client final : public Conversation {
   void subscribe(const json& subscriptions) {
     if (!subscriptions.is_array()) return warn("\"subscriptions\" is no list");
     for (const json& subscription : subscriptions) {
-      const auto id = subscription.is_object() ? number(subscription.value("id", json())) : std::nullopt;
-      const auto channel =
-          subscription.is_object() ? number(subscription.value("channelId", json())) : std::nullopt;
+      const auto id = number(member(subscription, "id"));
+      const auto channel = number(member(subscription, "channelId"));
       if (!id || !channel || *channel < 1 || *channel > stream_.channels_.size()) {
         warn("a subscription needs an \"id\" and the \"channelId\" of an advertised channel");
         continue;

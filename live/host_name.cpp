@@ -20,6 +20,7 @@ std::string lower(std::string_view text) {
 
 bool is_address(const std::string& host) {
   std::array<unsigned char, sizeof(in6_addr)> address{};
+  if (host.find('\0') != std::string::npos) return false;  // inet_pton would read up to it
   return inet_pton(AF_INET, host.c_str(), address.data()) == 1 ||
          inet_pton(AF_INET6, host.c_str(), address.data()) == 1;
 }

@@ -143,9 +143,15 @@ class WebServer::Listener::SocketConnection final : public Connection,
 
   void read() {
     stream_.async_read(buffer_, [self = shared_from_this()](Error error, std::size_t) {
-      if (error) return self->end();
+      if (error || !self->open_) return self->end();
       const auto data = self->buffer_.cdata();
-      self->conversation_->hear({static_cast<const char*>(data.data()), data.size()});
+      try {
+        self->conversation_->hear({static_cast<const char*>(data.data()), data.size()});
+      } catch (const std::exception& failed) {
+        spdlog::error("page: {}: {}", self->client_, failed.what());
+        self->shut();
+        return self->end();
+      }
       self->buffer_.consume(self->buffer_.size());
       self->read();
     });
@@ -195,7 +201,13 @@ class WebServer::Listener::HttpConnection final : public Connection,
     stream_.expires_after(kHttpPatience);
     http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](Error error, std::size_t) {
       if (error) return self->end();
-      self->handle(self->parser_->get());
+      const auto& request = self->parser_->get();
+      try {
+        self->handle(request);
+      } catch (const std::exception& failed) {
+        spdlog::error("page: {}: {}", self->client_, failed.what());
+        self->write({.status = 500, .body = "youbotd's log has the cause\n"}, request);
+      }
     });
   }
 
