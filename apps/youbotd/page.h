@@ -49,8 +49,8 @@ class Page final : public live::Site {
     bool teleoperated = false;
     bool commanded = false;  ///< there is a service: the page has its buttons
     control::Workspace workspace{};
-    nlohmann::json first_status{};  ///< until the first publish_status()
-    Findings checks{};              ///< of `youbotd --check`
+    nlohmann::json first_status = nlohmann::json::object();  ///< until the first publish_status()
+    Findings checks{};                                       ///< of `youbotd --check`
   };
 
   /// `feed` and `commands` must outlive it. @throws as live::WebServer.

@@ -41,6 +41,7 @@ void PageRequests::stop(const std::string& who) {
   {
     const std::lock_guard lock(mutex_);
     stopped_by_ = who;
+    before_the_stop_ = entries_.size();
   }
   wake();
 }
@@ -59,15 +60,20 @@ void PageRequests::deliver(ControlServer::Listener& listener) {
   [[maybe_unused]] const ssize_t size = read(wake_, &wakes, sizeof wakes);
   std::deque<Entry> entries;
   std::string stopped_by;
+  std::size_t outdated = 0;
   {
     const std::lock_guard lock(mutex_);
     entries.swap(entries_);
     stopped_by.swap(stopped_by_);
+    std::swap(outdated, before_the_stop_);
   }
   if (!stopped_by.empty()) (void)listener.answer({.name = stopped_by}, "stop");
-  for (const Entry& entry : entries) {
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const Entry& entry = entries[i];
     if (entry.request.empty())
       listener.gone(entry.peer);
+    else if (i < outdated)  // such as an "enable" shortly before the stop
+      entry.reply(R"({"ok": false, "error": "a stop came after this request"})");
     else
       entry.reply(listener.answer(entry.peer, entry.request));
   }

@@ -29,7 +29,7 @@ class PageRequests final : public Page::Commands {
 
   // The service's thread.
   int wake_descriptor() const noexcept { return wake_; }
-  /// Passes on what has arrived; a stop first.
+  /// Passes on what has arrived: a stop first, and then no request that came before it.
   void deliver(ControlServer::Listener& listener);
 
  private:
@@ -43,7 +43,8 @@ class PageRequests final : public Page::Commands {
   int wake_ = -1;
   std::mutex mutex_;
   std::deque<Entry> entries_;
-  std::string stopped_by_;  // empty: no stop
+  std::string stopped_by_;           // empty: no stop
+  std::size_t before_the_stop_ = 0;  // entries
 };
 
 }  // namespace youbotd

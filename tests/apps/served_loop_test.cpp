@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "tests/support/no_alloc_guard.h"
@@ -21,7 +23,8 @@ class IdleRobot final : public hal::Robot {
   std::span<const hal::JointInfo> joints() const noexcept override { return {}; }
   void activate() override {}
   void deactivate() noexcept override {}
-  hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample&) noexcept override {
+  hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample& sample) noexcept override {
+    sample = measured;
     ++exchanges;
     was_enabled = was_enabled || command.enable;
     return status;
@@ -29,6 +32,7 @@ class IdleRobot final : public hal::Robot {
   int exchanges = 0;
   bool was_enabled = false;
   hal::CycleStatus status{};
+  hal::RobotSample measured{};
 };
 
 /// Comes to rest three steps after the request, because a real one takes time.
@@ -263,6 +267,24 @@ TEST_F(ServedLoopTest, EndsOnlyAfterTheRunHasComeToRest) {
   EXPECT_FALSE(loop.finished());
   cycle(5);
   EXPECT_TRUE(loop.finished());
+}
+
+TEST_F(ServedLoopTest, WithoutARunAPageShowsWhatTheJointsMeasure) {
+  robot.measured.joints[0].position_rad = 0.25;
+  robot.measured.joints[3].torque_Nm = -0.5;
+  operation::LiveFeed feed;
+  ServedLoop shown(robot, nullptr, nullptr, kSilence, &feed);
+  shown.step(1ms);
+  shown.record() = {.wake_up = 1us, .step = 7us};
+  shown.keep();
+  operation::LiveSample sample;
+  ASSERT_TRUE(feed.take(sample));
+  EXPECT_FALSE(sample.running);
+  const auto& base = std::get<operation::CycleRecord>(sample.record);
+  EXPECT_EQ(base.position_rad, (std::array<double, 4>{0.25, 0, 0, 0}));
+  EXPECT_EQ(base.torque_measured_Nm, (std::array<double, 4>{0, 0, 0, -0.5}));
+  EXPECT_EQ(base.phase, operation::Phase::kOff);
+  EXPECT_EQ(feed.step().counts()[3], 1U) << "from 5 to 10 us";
 }
 
 TEST_F(ServedLoopTest, NeitherAllocatesNorLocks) {

@@ -61,6 +61,8 @@ class Process {
     }
     return false;
   }
+  /// What wait_for() has read.
+  const std::string& output() const { return result_.output; }
   bool say(const std::string& line) const {
     const std::string text = line + "\n";
     return write(input_, text.data(), text.size()) == static_cast<ssize_t>(text.size());

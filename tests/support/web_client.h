@@ -120,9 +120,14 @@ class WebClient {
       frame += static_cast<char>(masked ? payload[i] ^ kMask[i % 4] : payload[i]);
     return say(frame);
   }
-  /// A whole message, which may come in several frames. Nothing: the connection ended.
+  /// A whole message, which may come in several frames; answers pings before it. Nothing: the connection
+  /// ended.
   std::optional<Message> hear_message() {
     std::optional<Message> message = hear_one();
+    while (message && message->opcode == kPing) {
+      say_frame(kPong, message->payload);
+      message = hear_one();
+    }
     while (message && !final_) {
       const std::optional<Message> more_of_it = hear_one();
       if (!more_of_it) return std::nullopt;
