@@ -592,9 +592,12 @@ std::vector<BusDevice> EthercatRobot::devices() const {
   if (!bus_) return {};
   const RobotState& state = newest_state();
   std::vector<BusDevice> devices;
-  for (std::size_t i = 0; i < bus_->size(); ++i)
-    devices.push_back(
-        {bus_->slave(i).label(), state.bus.health[i].condition == ethercat::SlaveCondition::kOperational});
+  for (std::size_t i = 0; i < bus_->size(); ++i) {
+    const ethercat::SlaveCondition condition = state.bus.health[i].condition;
+    devices.push_back({.name = bus_->slave(i).label(),
+                       .answers = condition != ethercat::SlaveCondition::kLost,
+                       .works = condition == ethercat::SlaveCondition::kOperational});
+  }
   return devices;
 }
 

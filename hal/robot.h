@@ -95,7 +95,8 @@ struct BusLosses {
 
 /// A device on the bus, for a drawing of it.
 struct BusDevice {
-  std::string name;    ///< "slave 2 (KR-EC400)"
+  std::string name;  ///< "slave 2 (KR-EC400)"
+  bool answers = false;
   bool works = false;  ///< in operation
 };
 
@@ -110,9 +111,9 @@ std::vector<std::string> sampling_notes(std::chrono::nanoseconds interval);
 const char* describe(Fault fault) noexcept;
 const char* describe(JointFault fault) noexcept;
 
-/// Sole owner of its bus. One thread calls exchange(). Of the set-up calls, only explain(), losses(),
-/// devices(), device_faults() and report() may run concurrently, in one other thread. The destructor
-/// deactivates.
+/// Sole owner of its bus. One thread calls exchange(). Of the set-up calls, only joints(), explain(),
+/// losses(), devices(), device_faults() and report() may run concurrently, in one other thread. The
+/// destructor deactivates.
 class Robot {
  public:
   Robot() = default;

@@ -57,6 +57,9 @@ class WebServer::Listener {
   Listener(const tcp::endpoint& endpoint, Site& site);
   ~Listener();
 
+  void start() {
+    thread_ = runtime::start_thread("the page", [this] { run(); });
+  }
   tcp::endpoint endpoint() const { return acceptor_.local_endpoint(); }
   void post(std::function<void()> work) { asio::post(context_, std::move(work)); }
 
@@ -130,7 +133,10 @@ class WebServer::Listener::SocketConnection final : public Connection,
     if (!open_) return;
     if (need == Need::kMay && waiting_bytes_ > kDropAbove_bytes) return;
     waiting_bytes_ += message.size();
-    if (waiting_bytes_ > kCloseAbove_bytes) return shut();
+    if (waiting_bytes_ > kCloseAbove_bytes) {
+      open_ = false;
+      return shut();
+    }
     waiting_.push_back({std::move(message), format});
     if (waiting_.size() == 1) write();
   }
@@ -161,7 +167,7 @@ class WebServer::Listener::SocketConnection final : public Connection,
     stream_.binary(waiting_.front().format == Format::kBinary);
     stream_.async_write(asio::buffer(waiting_.front().bytes),
                         [self = shared_from_this()](Error error, std::size_t) {
-                          if (error) return self->end();
+                          if (error || !self->open_) return self->end();
                           self->waiting_bytes_ -= self->waiting_.front().bytes.size();
                           self->waiting_.pop_front();
                           if (!self->waiting_.empty()) self->write();
@@ -170,6 +176,7 @@ class WebServer::Listener::SocketConnection final : public Connection,
 
   void end() {
     open_ = false;
+    shut();
     conversation_.reset();
     listener_.remove(*this);
   }
@@ -220,7 +227,9 @@ class WebServer::Listener::HttpConnection final : public Connection,
     const std::string_view target(request.target().data(), request.target().size());
     Request asked{.path = std::string(target.substr(0, target.find('?'))),
                   .client = client_,
-                  .same_origin = origin.empty() || origin == "http://" + std::string(host)};
+                  .same_origin = origin.empty() || origin == "http://" + std::string(host) ||
+                                 origin == "https://" + std::string(host),  // by a proxy
+                  .origin = std::string(origin)};
     if (beast::websocket::is_upgrade(request)) return upgrade(request, std::move(asked));
     if (request.method() == http::verb::post)
       asked.method = Request::Method::kPost;
@@ -291,12 +300,11 @@ WebServer::Listener::Listener(const tcp::endpoint& endpoint, Site& site)
   acceptor_.listen();
   accept();
   tick();
-  thread_ = runtime::start_thread("the page", [this] { run(); });
 }
 
 WebServer::Listener::~Listener() {
   context_.stop();
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
   connections_.clear();
 }
 
@@ -317,14 +325,13 @@ void WebServer::Listener::accept() {
       accept_again_.async_wait([this](Error) { accept(); });
       return;
     }
+    accept();  // first: an exception ends this function
     Error gone;
     const tcp::endpoint client = socket.remote_endpoint(gone);
-    if (!gone && make_room()) {
-      socket.set_option(tcp::no_delay(true), gone);
-      connections_.push_back(std::make_shared<HttpConnection>(*this, std::move(socket), text_of(client)));
-      connections_.back()->start();
-    }
-    accept();
+    if (gone || !make_room()) return;
+    socket.set_option(tcp::no_delay(true), gone);
+    connections_.push_back(std::make_shared<HttpConnection>(*this, std::move(socket), text_of(client)));
+    connections_.back()->start();
   });
 }
 
@@ -398,6 +405,8 @@ WebServer::WebServer(const std::string& where, Site& site) {
 }
 
 WebServer::~WebServer() = default;
+
+void WebServer::start() { listener_->start(); }
 
 void WebServer::post(std::function<void()> work) { listener_->post(std::move(work)); }
 

@@ -20,7 +20,7 @@ inline constexpr std::size_t kMaxMessage_bytes = 64 * 1024;  ///< from a WebSock
 /// Bytes that wait for a slow client. Above the first, messages that it can do without are left out; above
 /// the second, the connection ends.
 inline constexpr std::size_t kDropAbove_bytes = 256 * 1024;
-inline constexpr std::size_t kCloseAbove_bytes = 4 * 1024 * 1024;
+inline constexpr std::size_t kCloseAbove_bytes = 1024 * 1024;
 
 /// A WebSocket connection, for the conversation on it. On the server's thread.
 class WebSocket {
@@ -59,6 +59,7 @@ struct Request {
   std::string client;  ///< "127.0.0.1:53124"
   /// Sent by a page of this server, or by a program: not by a page of another site in the same browser.
   bool same_origin = true;
+  std::string origin{};                  ///< of the page that asks; empty: a program
   std::vector<std::string> protocols{};  ///< offered for a WebSocket
 };
 
@@ -88,8 +89,8 @@ class Site {
   virtual void tick() = 0;
 };
 
-/// Serves until its destruction. Requests must name this machine by an address, "localhost" or its host name,
-/// so that no other site can reach it under a name of its own (DNS rebinding).
+/// Serves from start() to its destruction. Requests must name this machine by an address, "localhost" or its
+/// host name, so that no other site can reach it under a name of its own (DNS rebinding).
 class WebServer {
  public:
   static constexpr std::chrono::milliseconds kTick{33};
@@ -101,6 +102,8 @@ class WebServer {
   WebServer(const WebServer&) = delete;
   WebServer& operator=(const WebServer&) = delete;
   ~WebServer();
+  /// Set-up, once.
+  void start();
 
   /// "http://127.0.0.1:8765/"
   const std::string& url() const noexcept { return url_; }

@@ -124,6 +124,8 @@ void LiveChannels::publish_record(std::uint64_t time_ns, const Record& record) {
 }
 
 void LiveChannels::publish(const LiveSample& sample) {
+  if (!sample.running) before_.reset();
+  running_ = sample.running;
   std::visit([&](const auto& record) { publish(sample.time_ns, record); }, sample.record);
 }
 
@@ -136,6 +138,7 @@ void LiveChannels::publish(std::uint64_t time_ns, const CycleRecord& record) {
     state.effort_Nm = list(record.torque_measured_Nm);
     write(cdr, state);
   });
+  if (!running_) return;
   send(joint_commands_, time_ns, [&](auto& cdr) {
     JointState state = joints(time_ns, kWheels);
     state.effort_Nm = list(record.torque_command_Nm);
@@ -153,6 +156,7 @@ void LiveChannels::publish(std::uint64_t time_ns, const TeleopRecord& record) {
     state.effort_Nm = list(record.torque_measured_Nm);
     write(cdr, state);
   });
+  if (!running_) return;
   send(joint_commands_, time_ns, [&](auto& cdr) {
     JointState state = joints(time_ns, TeleopRecord::kJoints);
     state.effort_Nm = list(record.command);

@@ -51,6 +51,7 @@ class LiveChannels {
   // Of teleoperation.
   std::size_t end_effector_ = 0, setpoint_ = 0, wrench_ = 0, felt_force_ = 0;
   std::optional<Motion> before_;
+  bool running_ = false;  // otherwise only what the joints measure is published
   runtime::mcap::CdrWriter cdr_;
   std::map<std::string, double> positions_;
 };

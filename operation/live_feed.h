@@ -18,7 +18,7 @@
 namespace operation {
 
 struct LiveSample {
-  std::uint64_t time_ns = 0;  ///< since 1970, of the clock that nothing sets
+  std::uint64_t time_ns = 0;  ///< LiveFeed::now_ns()
   bool running = false;       ///< false: the drives are off, and only what the joints measure is valid
   std::variant<CycleRecord, TeleopRecord> record;
 };
@@ -54,7 +54,7 @@ class LiveFeed {
   /// The cycle passes on one record in this time.
   static constexpr std::chrono::milliseconds kPeriod{10};
 
-  LiveFeed() noexcept
+  LiveFeed()
       : epoch_(std::chrono::system_clock::now().time_since_epoch() -
                std::chrono::steady_clock::now().time_since_epoch()) {}
 
@@ -70,6 +70,11 @@ class LiveFeed {
         .time_ns = static_cast<std::uint64_t>((epoch_ + now).count()), .running = running, .record = record};
     if (!ring_.push(sample))
       lost_.store(lost_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  }
+
+  /// Any thread: time since 1970 by a clock that is set once, at the start.
+  std::uint64_t now_ns() const noexcept {
+    return static_cast<std::uint64_t>((epoch_ + std::chrono::steady_clock::now().time_since_epoch()).count());
   }
 
   /// The reader's thread: false if there is nothing new.

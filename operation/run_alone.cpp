@@ -1,5 +1,6 @@
 #include "operation/run_alone.h"
 
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -12,15 +13,15 @@
 namespace operation {
 namespace {
 
-/// To a page, as long as it lives.
-class Shown {
+/// Shows the robot to a page, as long as it lives.
+class ShownRobot {
  public:
-  Shown(LiveFeed* feed, const hal::Robot& robot) : feed_(feed) {
+  ShownRobot(LiveFeed* feed, const hal::Robot& robot) : feed_(feed) {
     if (feed_ != nullptr) feed_->show(&robot);
   }
-  Shown(const Shown&) = delete;
-  Shown& operator=(const Shown&) = delete;
-  ~Shown() {
+  ShownRobot(const ShownRobot&) = delete;
+  ShownRobot& operator=(const ShownRobot&) = delete;
+  ~ShownRobot() {
     if (feed_ != nullptr) feed_->show(nullptr);
   }
 
@@ -37,7 +38,7 @@ void run_alone(hal::Clock& clock, const Config& config, const AloneOptions& opti
   {
     RunProgress progress(options.show_progress, whole);
     const runtime::RobotActivation activation(*robot.robot);
-    const Shown shown(options.live, *robot.robot);
+    std::optional<ShownRobot> shown(std::in_place, options.live, *robot.robot);
     runtime::RealTimeThread
         real_time;  // entered last, when everything is allocated and all other threads run
     if (!options.virtual_time)
@@ -56,6 +57,7 @@ void run_alone(hal::Clock& clock, const Config& config, const AloneOptions& opti
           progress.publish(run.progress());
         },
         summary.loop);
+    shown.reset();  // one thread at a time may call report()
     summary.robot_report = robot.robot->report();
   }
   for (std::string& still_moving : robot.robot->report())

@@ -125,8 +125,12 @@ int run_demo(const Arguments& arguments, operation::Config config) {
       continue;
     }
     log_problems(summary);
-    if (const int code = exit_code(summary)) return code;
+    if (const int code = exit_code(summary)) {
+      show_end(arguments, summary);
+      return code;
+    }
     if (runtime::stop_requested) {
+      show_end(arguments, summary);
       spdlog::info("stopped on request, nothing to compare");
       return runtime::kExitInterrupted;
     }

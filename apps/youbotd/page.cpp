@@ -27,7 +27,11 @@ using live::Response;
 using nlohmann::json;
 
 constexpr std::string_view kTokenWord = "token ";
-constexpr std::uintmax_t kMaxFaultReport_bytes = 64 << 20;
+constexpr std::uintmax_t kMaxFaultReport_bytes = 8 << 20;
+/// A web application that reads the stream.
+constexpr std::string_view kFoxglove = "https://app.foxglove.dev";
+/// A page is heard more often. After a longer silence its requests may have waited in the network.
+constexpr std::chrono::milliseconds kLongSilence{500};
 
 struct Asset {
   std::string_view path;
@@ -38,10 +42,11 @@ constexpr std::string_view kHtml = "text/html; charset=utf-8";
 constexpr std::string_view kStyle = "text/css; charset=utf-8";
 constexpr std::string_view kScript = "text/javascript; charset=utf-8";
 
-const std::array<Asset, 12>& assets() {
-  static const std::array<Asset, 12> all{{{"/", kHtml, kPageHtml},
+const std::array<Asset, 13>& assets() {
+  static const std::array<Asset, 13> all{{{"/", kHtml, kPageHtml},
                                           {"/page.css", kStyle, kPageStyle},
                                           {"/page.js", kScript, kPageScript},
+                                          {"/stop.js", kScript, kStopScript},
                                           {"/stream.js", kScript, kStreamScript},
                                           {"/robot.js", kScript, kRobotScript},
                                           {"/plots.js", kScript, kPlotsScript},
@@ -77,7 +82,10 @@ bool same_token(std::string_view a, std::string_view b) {
   return difference == 0;
 }
 
-std::string refusal(const std::string& why) { return json{{"ok", false}, {"error", why}}.dump(); }
+/// Paths come from outside and may not be UTF-8.
+std::string text(const json& value) { return value.dump(-1, ' ', false, json::error_handler_t::replace); }
+
+std::string refusal(const std::string& why) { return text({{"ok", false}, {"error", why}}); }
 
 /// Finite numbers only: JSON has no others.
 json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
@@ -106,20 +114,25 @@ json json_of(const Eigen::AlignedBox<double, kAxes>& box_m) {
 }  // namespace
 
 /// Commands of one page. The first message may give the token.
-class Page::Talk final : public live::Conversation {
+class Page::CommandSession final : public live::Conversation {
  public:
-  Talk(Page& page, live::WebSocket& socket)
+  CommandSession(Page& page, live::WebSocket& socket)
       : page_(page), socket_(std::make_shared<live::WebSocket*>(&socket)) {
     constexpr std::uint64_t kPages = std::uint64_t{1}
                                      << 63;  // apart from the connections of the control socket
-    peer_.connection = kPages + ++page.talks_;
+    peer_.connection = kPages + ++page.sessions_;
     peer_.name = "the page at " + socket.client();
     peer_.heard = std::chrono::steady_clock::now();
   }
-  ~Talk() override { page_.commands_.gone(peer_); }
+  ~CommandSession() override { page_.commands_.gone(peer_); }
 
   void hear(std::string_view message) override {
-    peer_.heard = std::chrono::steady_clock::now();
+    const auto now = std::chrono::steady_clock::now();
+    if (now - peer_.heard > kLongSilence) fresh_from_ = now + kLongSilence;
+    peer_.heard = now;
+    if (now < fresh_from_ && (message == "enable" || message == "acknowledge"))
+      return reply(
+          refusal("this page was silent, and the request may have waited in the network: send it again"));
     if (message.starts_with(kTokenWord)) {
       peer_.may_command = same_token(message.substr(kTokenWord.size()), page_.token_);
       return reply(peer_.may_command
@@ -128,7 +141,7 @@ class Page::Talk final : public live::Conversation {
                                  "it printed, or go on without commands"));
     }
     if (message.empty() || message.size() > runtime::kLongestRequest)
-      return reply(refusal("too long a request"));
+      return reply(refusal("a request has 1 to 4096 characters"));
     page_.commands_.ask(peer_, std::string(message),
                         [server = page_.server_.get(), to = std::weak_ptr(socket_)](std::string answer) {
                           server->post([to, answer = std::move(answer)] {
@@ -147,6 +160,7 @@ class Page::Talk final : public live::Conversation {
   Page& page_;
   std::shared_ptr<live::WebSocket*> socket_;  // expires with the connection
   Peer peer_;
+  std::chrono::steady_clock::time_point fresh_from_{};
 };
 
 Page::Page(Options options, operation::LiveFeed& feed, Commands& commands)
@@ -157,14 +171,11 @@ Page::Page(Options options, operation::LiveFeed& feed, Commands& commands)
       stream_(std::string("youbotd ") + runtime::build_version()),
       channels_(stream_, options_.teleoperated),
       status_(options_.first_status),
-      server_(std::make_unique<live::WebServer>(options_.where, *this)) {}
+      server_(std::make_unique<live::WebServer>(options_.where, *this)) {
+  server_->start();
+}
 
 Page::~Page() = default;
-
-std::uint64_t Page::now_ns() {
-  return static_cast<std::uint64_t>(
-      std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count());
-}
 
 void Page::publish_status(json status) {
   server_->post([this, status = std::move(status)]() mutable { status_ = std::move(status); });
@@ -182,7 +193,7 @@ Response Page::answer(const live::Request& request) {
     commands_.stop("the page at " + request.client);
     return {.status = 202, .body = "the robot comes to rest\n"};
   }
-  if (request.path == "/info.json") return {.type = "application/json", .body = info().dump()};
+  if (request.path == "/info.json") return {.type = "application/json", .body = text(info())};
   if (request.path == "/fault-report" || request.path == "/fault-report.pcapng")
     return fault_report(request.path == "/fault-report" ? "" : ".pcapng");
   for (const Asset& asset : assets())
@@ -229,15 +240,17 @@ json Page::info() const {
 
 /// Clients of Foxglove's protocol connect to the address itself.
 std::optional<live::Site::Opening> Page::open(const live::Request& request) {
-  if (auto protocol = live::FoxgloveStream::protocol(request.protocols))
+  auto protocol = live::FoxgloveStream::protocol(request.protocols);
+  if (protocol && (request.same_origin || request.origin == kFoxglove))
     return Opening{[this](live::WebSocket& socket) { return stream_.converse(socket); },
                    std::move(*protocol)};
   if (request.path == "/control" && request.same_origin)
-    return Opening{[this](live::WebSocket& socket) { return std::make_unique<Talk>(*this, socket); }};
+    return Opening{
+        [this](live::WebSocket& socket) { return std::make_unique<CommandSession>(*this, socket); }};
   return std::nullopt;
 }
 
-void Page::add_what_the_feed_knows(json& status) const {
+void Page::add_cycle_times_and_devices(json& status) const {
   status["cycle_us"] = {{"bounds", operation::LiveHistogram::kBounds_us},
                         {"wake_up", feed_.wake_up().counts()},
                         {"step", feed_.step().counts()}};
@@ -264,8 +277,8 @@ void Page::tick() {
   if (now - published_ < kStatusPeriod) return;
   published_ = now;
   json status = status_;
-  add_what_the_feed_knows(status);
-  channels_.publish_status(now_ns(), status);
+  add_cycle_times_and_devices(status);
+  channels_.publish_status(feed_.now_ns(), status);
 }
 
 void announce(const Page& page) {

@@ -66,15 +66,14 @@ class Page final : public live::Site {
   void set_joints(std::span<const hal::JointInfo> joints);
 
  private:
-  class Talk;
+  class CommandSession;
 
   live::Response answer(const live::Request& request) override;
   std::optional<Opening> open(const live::Request& request) override;
   void tick() override;
   live::Response fault_report(std::string_view extension) const;
   nlohmann::json info() const;
-  void add_what_the_feed_knows(nlohmann::json& status) const;
-  static std::uint64_t now_ns();
+  void add_cycle_times_and_devices(nlohmann::json& status) const;
 
   Options options_;
   operation::LiveFeed& feed_;
@@ -85,7 +84,7 @@ class Page final : public live::Site {
   nlohmann::json status_;
   std::vector<hal::JointInfo> joints_;
   std::chrono::steady_clock::time_point published_{};
-  std::uint64_t talks_ = 0;
+  std::uint64_t sessions_ = 0;
   const char* phase_ = "off";                // of the newest sample
   std::unique_ptr<live::WebServer> server_;  // last: its thread uses all of the above
 };

@@ -8,6 +8,7 @@ namespace youbotd {
 extern const std::string_view kPageHtml;
 extern const std::string_view kPageStyle;
 extern const std::string_view kPageScript;
+extern const std::string_view kStopScript;
 extern const std::string_view kStreamScript;
 extern const std::string_view kRobotScript;
 extern const std::string_view kPlotsScript;

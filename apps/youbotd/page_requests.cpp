@@ -3,6 +3,7 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <utility>
@@ -28,7 +29,9 @@ void PageRequests::wake() const noexcept {
 void PageRequests::ask(const Peer& peer, const std::string& request, Page::Reply reply) {
   {
     const std::lock_guard lock(mutex_);
-    if (entries_.size() < kMaxPageRequests) {
+    const auto of_this_peer = std::ranges::count(entries_, peer.connection,
+                                                 [](const Entry& entry) { return entry.peer.connection; });
+    if (entries_.size() < kMaxPageRequests && of_this_peer < kMaxRequestsOfAPage) {
       entries_.push_back({peer, request, std::move(reply)});
       reply = nullptr;
     }
@@ -46,8 +49,9 @@ void PageRequests::stop(const std::string& who) {
   wake();
 }
 
-/// Not bounded: there is at most one for each connection.
+/// Only a peer that may command matters. Not bounded: one for each of their connections.
 void PageRequests::gone(const Peer& peer) {
+  if (!peer.may_command) return;
   {
     const std::lock_guard lock(mutex_);
     entries_.push_back({peer, "", nullptr});

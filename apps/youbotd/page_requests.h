@@ -1,7 +1,6 @@
 /// @file
 /// Requests of the page, on their way from the page's thread to the service's.
 #pragma once
-#include <atomic>
 #include <cstddef>
 #include <deque>
 #include <functional>
@@ -13,7 +12,8 @@
 
 namespace youbotd {
 
-inline constexpr std::size_t kMaxPageRequests = 64;
+inline constexpr std::size_t kMaxPageRequests = 64;       ///< of all pages, which wait
+inline constexpr std::ptrdiff_t kMaxRequestsOfAPage = 8;  ///< of one page
 
 /// Also a file descriptor that wakes the service's thread, for ControlServer::serve().
 class PageRequests final : public Page::Commands {

@@ -35,11 +35,12 @@ RunPage::RunPage(const std::string& where, const operation::Config& config, Find
             feed_, *this) {}
 
 void RunPage::finish(const operation::RunSummary& summary) {
-  status_["enabled"] = false;
-  status_["ended"] = true;
-  status_["fault"] = summary.stop_reason;
-  status_["fault_report"] = summary.fault_report.value_or("").string();
-  page_.publish_status(status_);
+  nlohmann::json status = status_;
+  status["enabled"] = false;
+  status["ended"] = true;
+  status["fault"] = summary.stop_reason;
+  status["fault_report"] = summary.fault_report.value_or("").string();
+  page_.publish_status(std::move(status));
   std::this_thread::sleep_for(2 * Page::kStatusPeriod);
 }
 

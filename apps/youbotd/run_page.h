@@ -29,7 +29,7 @@ class RunPage final : private Page::Commands {
   void gone(const Peer& /*peer*/) override {}
 
   std::atomic<bool>& stop_;
-  nlohmann::json status_;
+  const nlohmann::json status_;  // at the start
   operation::LiveFeed feed_;
   Page page_;  // last: its thread uses the above
 };

@@ -67,10 +67,14 @@ void ServedLoop::show_idle() noexcept {
   };
   if (master_ != nullptr) {
     operation::TeleopRecord record;
+    record.setpoint_p_WT_m = record.tip_p_WT_m = record.base_W = operation::CycleRecord::kUnknown;
+    record.command.fill(operation::CycleRecord::kNaN);
     measured(record);
     live_->add(record, /*running=*/false);
   } else {
     operation::CycleRecord record{.phase = operation::Phase::kOff};
+    record.odometry_W = operation::CycleRecord::kUnknown;
+    record.torque_command_Nm.fill(operation::CycleRecord::kNaN);
     measured(record);
     live_->add(record, /*running=*/false);
   }

@@ -21,7 +21,7 @@ json json_of(const std::optional<hal::BusLosses>& losses) {
 json json_of(const std::vector<hal::BusDevice>& devices) {
   json list = json::array();
   for (const hal::BusDevice& device : devices)
-    list.push_back({{"name", device.name}, {"works", device.works}});
+    list.push_back({{"name", device.name}, {"answers", device.answers}, {"works", device.works}});
   return list;
 }
 

@@ -12,7 +12,9 @@ const at = id => document.getElementById(id);
 const show = (id, visible) => { at(id).hidden = !visible; };
 const text = (id, content) => { if (at(id).textContent !== content) at(id).textContent = content; };
 
-const info = await (await fetch('info.json')).json();
+// stop.js has the functions complain() and stop().
+const load_info = async () => (await fetch('info.json')).json();
+const info = await load_info();
 const history = new History(info.columns, kRate_Hz);
 const plots = new Plots(at('plots'), history);
 let record = null;   // newest values by name
@@ -21,30 +23,11 @@ let connected = false;
 let heard_ms = 0;
 let commander;
 
-// --- Stop -----------------------------------------------------------------------------------------------------------
-
-function complain(message) {
-  text('message', message);
-  show('message', message !== '');
-}
-
-async function stop() {
-  if (commander) commander.drive = null;
-  try {
-    const response = await fetch('stop', {method: 'POST'});
-    complain(response.ok ? '' : `The stop was refused: ${await response.text()}`);
-  } catch {
-    complain('The stop did not reach youbotd. Use the emergency stop.');
-  }
-}
-at('stop').onclick = stop;
-addEventListener('keydown', event => { if (event.key === 'Escape') stop(); });
-
 // --- State ----------------------------------------------------------------------------------------------------------
 
 function describe_state() {
   if (!connected) return [kBad, 'No connection to youbotd: what is shown is old'];
-  if (performance.now() - heard_ms > kStale_ms) return [kBad, 'youbotd is connected but its cycle does not run'];
+  if (performance.now() - heard_ms > kStale_ms) return [kBad, 'No data for more than 1 s: the network or the cycle of youbotd has stopped'];
   if (status.fault && !status.fault_acknowledged) return [kBad, `Stopped by a fault at ${status.fault}`];
   const who = status.commander ? `, commanded by ${status.commander}` : '';
   if (status.enabled) return [kGood, `${status.mode}: ${status.phase}${who}`];
@@ -60,10 +43,11 @@ function reasons() {
   if (status.master_state && status.master_state !== 'ready')
     list.push({found: `haptic device: ${status.master_state}`});
   for (const line of status.robot_trouble ?? []) list.push({found: line});
-  list.push(...info.checks.filter(({mark}) => mark === 'fail'));
+  list.push(...info.checks.filter(({mark}) => mark === 'fail')
+    .map(({found, remedy}) => ({found: `when youbotd started: ${found}`, remedy})));
   if (list.length === 0) list.push({found: 'nothing is in the way: it waits for an enable'});
   return [...list, ...info.checks.filter(({mark}) => mark === 'warn')
-    .map(({found, remedy}) => ({found: `no obstacle, but ${found}`, remedy}))];
+    .map(({found, remedy}) => ({found: `warning: ${found}`, remedy}))];
 }
 
 function element(tag, content, name) {
@@ -122,7 +106,7 @@ function show_joints() {
       position.querySelector('s').style.left = `${100 * Math.min(Math.max(share, 0), 1)}%`;
       position.classList.toggle('near', share < .05 || share > .95);
     }
-    const share = Math.min(Math.abs(measured_Nm) / joint.torque_limit_Nm, 1);
+    const share = joint.torque_limit_Nm ? Math.min(Math.abs(measured_Nm) / joint.torque_limit_Nm, 1) : 0;
     const bar = torque.querySelector('b');
     bar.style.left = measured_Nm < 0 ? `${50 - 50 * share}%` : '50%';
     bar.style.width = `${50 * share}%`;
@@ -160,7 +144,7 @@ function show_bus() {
   drawn_bus = picture;
   show('bus-section', devices.length > 0);
   let lost_from = devices.length;
-  while (lost_from > 0 && !devices[lost_from - 1].works) --lost_from;
+  while (lost_from > 0 && !devices[lost_from - 1].answers) --lost_from;
   const pitch = 26;
   const drawing = svg('svg', {viewBox: `0 0 320 ${pitch * (devices.length + 1)}`, role: 'img',
     'aria-label': 'devices in the order of the bus'});
@@ -184,7 +168,7 @@ function show_losses() {
 
 function show_cycle() {
   const times = status.cycle_us;
-  if (!times) return;
+  if (!times || document.hidden) return;
   const count = times.step.length;
   const most = Math.max(1, ...times.step, ...times.wake_up);
   const height = value => value === 0 ? 0 : 4 + 66 * Math.log(value) / Math.log(Math.max(most, 10));
@@ -232,21 +216,21 @@ function show_robot(robot) {
   const yaw = record.odometry_yaw_rad;
   const [x, y] = [record.force_x_N, record.force_y_N];
   const force_W = [x * Math.cos(yaw) - y * Math.sin(yaw), x * Math.sin(yaw) + y * Math.cos(yaw), 0];
-  robot.show(positions(), [record.reference_x_m, record.reference_y_m, .05], force_W,
+  robot.show(positions(), status.enabled ? [record.reference_x_m, record.reference_y_m, .05] : null, force_W,
     robot.place_of('base_link'));
 }
 
 async function start_3d() {
   try {
     const robot = await createRobot(at('view'), info.workspace);
-    if (!info.joints.some(joint => joint.name.startsWith('arm'))) robot.hide('arm_foot');
+    if (!info.teleoperated) robot.hide('arm_foot');
     const frame = () => {
       if (record) show_robot(robot);
       requestAnimationFrame(frame);
     };
     requestAnimationFrame(frame);
   } catch (error) {
-    at('view').replaceChildren(element('p', `This browser shows no 3D: ${error.message}`));
+    at('view').replaceChildren(element('p', `No 3D view: ${error.message}`));
   }
 }
 
@@ -279,11 +263,13 @@ class Commander {
         this.name = answer.name;
         show_commands(true);
       }
-      if (!answer.ok) complain(answer.error);
+      if (answer.ok) return;
+      if (this.name === null) sessionStorage.removeItem('token');  // of an earlier start
+      complain(answer.error);
     };
     this.socket.onclose = () => {
       this.name = null;
-      show_commands(false);
+      show_commands(false, 'Not connected.');
       setTimeout(() => this.open(), 1000);
     };
   }
@@ -299,13 +285,15 @@ class Commander {
   // The commander's sign of life; a hidden page gives none, and the robot comes to rest.
   beat() {
     if (!this.name || document.hidden) return;
-    const drives = this.drive && this.commands() && status.phase === 'running';
+    const sees = connected && performance.now() - heard_ms < kStale_ms;
+    const drives = this.drive && sees && this.commands() && status.phase === 'running';
     this.send(drives ? `set velocity ${this.drive.join(' ')}` : 'alive');
   }
 }
 
-function show_commands(usable) {
+function show_commands(usable, why = at('no-token').textContent) {
   show('with-token', usable);
+  text('no-token', why);
   show('no-token', !usable);
 }
 
@@ -320,23 +308,31 @@ function start_commands() {
   at('enable').onclick = () => {
     complain('');
     commander.drive = null;
-    commander.send('enable');
+    if (connected && commander.socket.bufferedAmount === 0) commander.send('enable');
+    else complain('No connection to youbotd: try again.');
   };
-  at('disable').onclick = () => commander.send('disable');
+  at('disable').onclick = () => {
+    if (!info.teleoperated || confirm('Without power the arm falls. Switch the drives off?')) commander.send('disable');
+  };
   at('acknowledge').onclick = () => {
     complain('');
     commander.send('acknowledge');
   };
+  const halt = () => { if (commander.drive) commander.drive = [0, 0, 0]; };
   const speed = () => Number(at('speed').value);
   at('speed').oninput = () => text('speed-text', `${speed().toFixed(2)} m/s`);
   for (const button of document.querySelectorAll('[data-drive]')) {
     const direction = button.dataset.drive.split(' ').map(Number);
     button.onpointerdown = event => {
+      if (event.button !== 0 || !event.isPrimary) return;
       button.setPointerCapture(event.pointerId);
       commander.drive = [direction[0] * speed(), direction[1] * speed(), direction[2] * 2 * speed()];
     };
-    button.onpointerup = button.onpointercancel = () => { commander.drive = [0, 0, 0]; };
+    button.onpointerup = button.onpointercancel = button.onlostpointercapture = button.oncontextmenu = halt;
   }
+  addEventListener('blur', halt);
+  document.addEventListener('visibilitychange', halt);
+  at('stop').addEventListener('click', () => { commander.drive = null; });
   return commander;
 }
 
@@ -399,5 +395,10 @@ setInterval(() => {
   show_joints();
   if (info.teleoperated) show_hand();
 }, kPlot_ms);
-setInterval(show_status, kStale_ms);
+setInterval(async () => {
+  show_status();
+  if (info.joints.length > 0 || !connected) return;
+  info.joints = (await load_info()).joints;  // the robot was not open yet
+  make_joints();
+}, kStale_ms);
 start_3d();

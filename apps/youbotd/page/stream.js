@@ -5,6 +5,8 @@ const kMessageData = 1;
 const kHead_bytes = 13;  // kind, subscription, time
 const kCdrHead_bytes = 4;
 
+let session = null;
+
 // `topics`: {name: listener(time_s, DataView of the payload)}. `changed(connected)`.
 export function connect(topics, changed) {
   const address = `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/`;
@@ -14,6 +16,11 @@ export function connect(topics, changed) {
   socket.onmessage = ({data}) => {
     if (typeof data === 'string') {
       const message = JSON.parse(data);
+      if (message.op === 'serverInfo') {
+        // Another start of youbotd may have other joints and columns.
+        if (session && session !== message.sessionId) location.reload();
+        session = message.sessionId;
+      }
       if (message.op !== 'advertise') return;
       const subscriptions = message.channels.filter(channel => topics[channel.topic])
         .map(channel => ({id: listeners.push(topics[channel.topic]) - 1, channelId: channel.id}));
