@@ -83,7 +83,7 @@ class FoxgloveStream::Client final : public Conversation {
       const auto id = number(member(subscription, "id"));
       const auto channel = number(member(subscription, "channelId"));
       if (!id || !channel || *channel < 1 || *channel > stream_.channels_.size()) {
-        warn("a subscription needs an \"id\" and the \"channelId\" of an advertised channel");
+        warn(R"(a subscription needs an "id" and the "channelId" of an advertised channel)");
         continue;
       }
       if (by_channel_.size() >= kMaxSubscriptions) return warn("no further subscriptions");

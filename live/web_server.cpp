@@ -30,14 +30,14 @@ namespace {
 namespace asio = boost::asio;
 namespace beast = boost::beast;
 namespace http = beast::http;
-using tcp = asio::ip::tcp;
+using Tcp = asio::ip::tcp;
 using Error = beast::error_code;
 
 constexpr std::chrono::seconds kHttpPatience{10};
 constexpr std::chrono::seconds kWebSocketPatience{30};
 constexpr std::chrono::milliseconds kAcceptRetry{200};
 
-std::string text_of(const tcp::endpoint& endpoint) {
+std::string text_of(const Tcp::endpoint& endpoint) {
   const std::string address = endpoint.address().to_string();
   return (endpoint.address().is_v6() ? "[" + address + "]" : address) + ":" + std::to_string(endpoint.port());
 }
@@ -54,13 +54,13 @@ std::vector<std::string> offered_protocols(const http::request<http::string_body
 /// Owns every connection; all on one thread.
 class WebServer::Listener {
  public:
-  Listener(const tcp::endpoint& endpoint, Site& site);
+  Listener(const Tcp::endpoint& endpoint, Site& site);
   ~Listener();
 
   void start() {
     thread_ = runtime::start_thread("the page", [this] { run(); });
   }
-  tcp::endpoint endpoint() const { return acceptor_.local_endpoint(); }
+  Tcp::endpoint endpoint() const { return acceptor_.local_endpoint(); }
   void post(std::function<void()> work) { asio::post(context_, std::move(work)); }
 
  private:
@@ -77,7 +77,7 @@ class WebServer::Listener {
   std::size_t web_sockets() const;
 
   asio::io_context context_{1};
-  tcp::acceptor acceptor_;
+  Tcp::acceptor acceptor_;
   asio::steady_timer timer_;
   asio::steady_timer accept_again_;
   Site& site_;
@@ -193,7 +193,7 @@ class WebServer::Listener::SocketConnection final : public Connection,
 class WebServer::Listener::HttpConnection final : public Connection,
                                                   public std::enable_shared_from_this<HttpConnection> {
  public:
-  HttpConnection(Listener& listener, tcp::socket&& socket, std::string client)
+  HttpConnection(Listener& listener, Tcp::socket&& socket, std::string client)
       : Connection(listener), stream_(std::move(socket)), client_(std::move(client)) {}
 
   bool is_web_socket() const override { return false; }
@@ -280,7 +280,7 @@ class WebServer::Listener::HttpConnection final : public Connection,
 
   void end() {
     Error ignored;
-    stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+    stream_.socket().shutdown(Tcp::socket::shutdown_send, ignored);
     listener_.remove(*this);
   }
 
@@ -292,10 +292,10 @@ class WebServer::Listener::HttpConnection final : public Connection,
   std::optional<http::response_serializer<http::string_body>> head_;
 };
 
-WebServer::Listener::Listener(const tcp::endpoint& endpoint, Site& site)
+WebServer::Listener::Listener(const Tcp::endpoint& endpoint, Site& site)
     : acceptor_(context_), timer_(context_), accept_again_(context_), site_(site) {
   acceptor_.open(endpoint.protocol());
-  acceptor_.set_option(tcp::acceptor::reuse_address(true));
+  acceptor_.set_option(Tcp::acceptor::reuse_address(true));
   acceptor_.bind(endpoint);
   acceptor_.listen();
   accept();
@@ -319,7 +319,7 @@ void WebServer::Listener::run() {
 }
 
 void WebServer::Listener::accept() {
-  acceptor_.async_accept([this](Error error, tcp::socket socket) {
+  acceptor_.async_accept([this](Error error, Tcp::socket socket) {
     if (error) {  // out of file descriptors, for one
       accept_again_.expires_after(kAcceptRetry);
       accept_again_.async_wait([this](Error) { accept(); });
@@ -327,9 +327,9 @@ void WebServer::Listener::accept() {
     }
     accept();  // first: an exception ends this function
     Error gone;
-    const tcp::endpoint client = socket.remote_endpoint(gone);
+    const Tcp::endpoint client = socket.remote_endpoint(gone);
     if (gone || !make_room()) return;
-    socket.set_option(tcp::no_delay(true), gone);
+    socket.set_option(Tcp::no_delay(true), gone);
     connections_.push_back(std::make_shared<HttpConnection>(*this, std::move(socket), text_of(client)));
     connections_.back()->start();
   });
@@ -365,7 +365,7 @@ void WebServer::Listener::tick() {
 
 namespace {
 
-tcp::endpoint endpoint_of(const std::string& where) {
+Tcp::endpoint endpoint_of(const std::string& where) {
   const auto unusable = [&] {
     return std::invalid_argument(
         "--page: '" + where +
@@ -390,7 +390,7 @@ tcp::endpoint endpoint_of(const std::string& where) {
 }  // namespace
 
 WebServer::WebServer(const std::string& where, Site& site) {
-  const tcp::endpoint wanted = endpoint_of(where);
+  const Tcp::endpoint wanted = endpoint_of(where);
   try {
     listener_ = std::make_unique<Listener>(wanted, site);
   } catch (const boost::system::system_error& error) {
@@ -399,7 +399,7 @@ WebServer::WebServer(const std::string& where, Site& site) {
                               ? "another program uses this port; choose another one, as --page 8081"
                               : "choose an address of this machine, as --page 127.0.0.1:8765");
   }
-  tcp::endpoint bound = listener_->endpoint();
+  Tcp::endpoint bound = listener_->endpoint();
   local_only_ = bound.address().is_loopback();
   url_ = "http://" + text_of(bound) + "/";
 }
