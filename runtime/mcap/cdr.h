@@ -28,6 +28,7 @@ class CdrWriter {
   void number(std::uint8_t value) { aligned(value); }
   void number(std::uint32_t value) { aligned(value); }
   void number(std::int32_t value) { aligned(static_cast<std::uint32_t>(value)); }
+  void number(std::int64_t value) { aligned(static_cast<std::uint64_t>(value)); }
   void number(double value) { aligned(std::bit_cast<std::uint64_t>(value)); }
   /// The length counts the final zero.
   void string(std::string_view text) {
@@ -67,6 +68,7 @@ class CdrReader {
 
   std::uint32_t uint32(const char* field) { return aligned<std::uint32_t>(field); }
   std::int32_t int32(const char* field) { return static_cast<std::int32_t>(uint32(field)); }
+  std::int64_t int64(const char* field) { return static_cast<std::int64_t>(aligned<std::uint64_t>(field)); }
   double float64(const char* field) { return std::bit_cast<double>(aligned<std::uint64_t>(field)); }
   std::string_view string(const char* field) {
     std::string_view text = fields_.bytes(uint32(field), field);

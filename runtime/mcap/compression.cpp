@@ -11,8 +11,9 @@
 namespace runtime::mcap {
 namespace {
 
-/// Levels above 1 cost several times the processor time and save 4 % on a recording.
-constexpr int kZstdLevel = 1;
+/// Of blocks of rows, level 1 saves 5 % less, and levels above 5 cost several times the time and save 1 %
+/// more.
+constexpr int kZstdLevel = 3;
 /// The output grows step by step: a stated size alone reserves no memory.
 constexpr std::size_t kOutputPieceBytes = std::size_t{64} << 10;
 

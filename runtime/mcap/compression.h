@@ -7,7 +7,6 @@
 
 namespace runtime::mcap {
 
-/// Rows of a base recording take 27 % of their CSV text with zstd, 45 % with lz4.
 enum class Compression : std::uint8_t { kNone, kLz4, kZstd };
 
 /// "", "lz4" or "zstd".

@@ -12,19 +12,12 @@
 #include "runtime/mcap/new_file.h"
 #include "runtime/mcap/recording_rows.h"
 #include "runtime/mcap/recording_writer.h"
-#include "runtime/program/build_info.h"
 #include "runtime/recording/recording_file.h"
 
 namespace runtime::mcap {
 namespace {
 
 namespace fs = std::filesystem;
-
-WriterOptions options() {
-  WriterOptions options;
-  options.library = std::string("youbot-hal ") + build_version();
-  return options;
-}
 
 std::uint64_t size_of(const fs::path& path) {
   std::error_code error;
@@ -38,11 +31,7 @@ void attach_configuration(McapWriter& writer, const fs::path& folder, std::uint6
     const fs::path path = folder / name;
     if (!fs::is_regular_file(path, error)) continue;
     try {
-      writer.add_attachment({.name = name,
-                             .media_type = "application/toml",
-                             .log_time_ns = time_ns,
-                             .create_time_ns = time_ns,
-                             .data = read_regular_file(path, kMaxToml_bytes)});
+      writer.add_attachment(toml_attachment(name, read_regular_file(path, kMaxToml_bytes), time_ns));
     } catch (const hal::SetupError&) {
       throw;  // of the file that is written
     } catch (const std::runtime_error& why) {
@@ -53,7 +42,7 @@ void attach_configuration(McapWriter& writer, const fs::path& folder, std::uint6
 
 std::uint64_t csv_to_mcap(const fs::path& in, const fs::path& out, std::vector<std::string>& warnings) {
   NewFile file(out);
-  McapWriter writer([&file](std::string_view bytes) { file.write(bytes); }, options());
+  McapWriter writer([&file](std::string_view bytes) { file.write(bytes); }, recording_options());
   std::optional<RecordingWriter> recording;
   std::uint64_t rows = 0;
   read_csv_rows(in, {.head =
@@ -63,16 +52,18 @@ std::uint64_t csv_to_mcap(const fs::path& in, const fs::path& out, std::vector<s
                          },
                      .row =
                          [&](std::span<const double> row) {
+                           if (recording->full()) recording->end_block();
                            recording->append_row(row);
                            ++rows;
                          },
                      .warning = [&](const std::string& text) { warnings.push_back(text); }});
+  recording->end_block();
   writer.finish();
   file.finish();
   return rows;
 }
 
-std::uint64_t mcap_to_csv(const fs::path& in, const fs::path& out) {
+std::uint64_t mcap_to_csv(const fs::path& in, const fs::path& out, std::vector<std::string>& warnings) {
   std::unique_ptr<RecordingFile> file;
   std::uint64_t rows = 0;
   try {
@@ -89,7 +80,8 @@ std::uint64_t mcap_to_csv(const fs::path& in, const fs::path& out) {
                         [&](std::span<const double> row) {
                           file->append_row(row);
                           ++rows;
-                        }});
+                        },
+                    .warning = [&](const std::string& text) { warnings.push_back(text); }});
     file->close();
     if (const std::string problem = file->error(); !problem.empty())
       throw hal::SetupError(out.string(), "write the recording", problem);
@@ -115,7 +107,8 @@ Converted convert(const fs::path& in, const fs::path& out) {
   fs::path part = out;
   part += ".part";
   Converted result;
-  result.rows = to == ".mcap" ? csv_to_mcap(in, part, result.warnings) : mcap_to_csv(in, part);
+  result.rows =
+      to == ".mcap" ? csv_to_mcap(in, part, result.warnings) : mcap_to_csv(in, part, result.warnings);
   publish(part, out);
   result.bytes_in = size_of(in);
   result.bytes_out = size_of(out);

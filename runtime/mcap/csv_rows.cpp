@@ -26,7 +26,8 @@ std::string_view trimmed(std::string_view text) {
 /// Whether the text of this number, with so many decimals, can be written again from what is stored.
 bool is_reproduced(std::string_view text, double value, int decimals) {
   std::array<char, std::numeric_limits<double>::max_exponent10 + 2 + RecordingFile::kMaxDecimals + 1> again{};
-  const double stored = rounded_to_decimal(rounded_to_binary(value, decimals), decimals);
+  const auto half_units = in_half_units(value, decimals);
+  const double stored = half_units ? from_half_units(*half_units, decimals) : value;
   const char* const end =
       std::to_chars(again.data(), again.data() + again.size(), stored, std::chars_format::fixed, decimals)
           .ptr;

@@ -4,7 +4,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 
 #include "runtime/recording/recording_file.h"
 
@@ -47,18 +46,26 @@ double rounded_to_binary(double value, int decimals) noexcept {
              : value;
 }
 
-double rounded_to_decimal(double value, int decimals) noexcept {
-  const double power = kPowersOfTen[static_cast<std::size_t>(decimals)];
-  const double scaled = value * power;
+std::optional<std::int64_t> in_half_units(double value, int decimals) noexcept {
+  const double scaled = value * kPowersOfTen[static_cast<std::size_t>(decimals)];
+  if (!(std::abs(scaled) < kCertain)) return std::nullopt;
+  double count = std::nearbyint(scaled);
+  constexpr double kCertainly = 0.49;  // from the nearest integer; otherwise the scaling may have moved it
+  if (std::abs(scaled - count) > kCertainly) {
+    std::array<char, 64> text{};
+    const char* const end =
+        std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, decimals).ptr;
+    std::from_chars(text.data(), end, count);
+    count = std::nearbyint(count * kPowersOfTen[static_cast<std::size_t>(decimals)]);
+  }
+  if (count == 0) return std::signbit(value) ? -1 : 0;
+  return 2 * static_cast<std::int64_t>(count);
+}
+
+double from_half_units(std::int64_t half_units, int decimals) noexcept {
+  if (half_units == -1) return -0.0;
   // The quotient of two exact numbers is the nearest double.
-  if (std::abs(scaled) < kCertain) return std::nearbyint(scaled) / power;
-  if (!std::isfinite(value)) return value;
-  std::array<char, std::numeric_limits<double>::max_exponent10 + 2 + RecordingFile::kMaxDecimals + 1> text{};
-  const char* const end =
-      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, decimals).ptr;
-  double nearest = value;
-  std::from_chars(text.data(), end, nearest);
-  return nearest;
+  return static_cast<double>(half_units / 2) / kPowersOfTen[static_cast<std::size_t>(decimals)];
 }
 
 }  // namespace runtime::mcap

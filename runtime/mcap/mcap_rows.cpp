@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/mcap/decimals.h"
 #include "runtime/mcap/recording_rows.h"
 #include "runtime/mcap/ros_messages.h"
+#include "runtime/recording/recording_reader.h"
 
 namespace runtime::mcap {
 namespace {
@@ -28,12 +28,12 @@ struct JointTopic {
 /// What the file contains: stops at the first row of ours, otherwise reads all joint names.
 class Survey : public Visitor {
  public:
-  std::optional<std::uint16_t> record_channel;
+  std::optional<std::uint16_t> rows_channel;
   RecordingHead head;
   std::map<std::string, JointTopic> joint_topics;
   std::string library;
 
-  bool wants_more() const override { return !record_channel; }
+  bool wants_more() const override { return !rows_channel; }
 
  private:
   void header(std::string_view, std::string_view writer) override { library = writer; }
@@ -42,14 +42,14 @@ class Survey : public Visitor {
   }
   void schema(const Schema& schema) override {
     if (schema.encoding != "ros2msg") return;
-    if (schema.name == kRecordType) record_schemas_.insert(schema.id);
+    if (schema.name == kRowsType) rows_schemas_.insert(schema.id);
     if (schema.name == kJointStateType) joint_schemas_.insert(schema.id);
   }
   void channel(const Channel& channel) override {
     if (channel.message_encoding != "cdr") return;
-    if (record_schemas_.contains(channel.schema) && !record_channel) {
+    if (rows_schemas_.contains(channel.schema) && !rows_channel) {
       head = head_from(recording_, channel.metadata);
-      record_channel = channel.id;
+      rows_channel = channel.id;
     }
     if (!joint_schemas_.contains(channel.schema)) return;
     JointTopic& topic = joint_topics[std::string(channel.topic)];
@@ -74,7 +74,7 @@ class Survey : public Visitor {
   }
 
   StringMap recording_;
-  std::set<std::uint16_t> record_schemas_;
+  std::set<std::uint16_t> rows_schemas_;
   std::set<std::uint16_t> joint_schemas_;
   std::map<std::uint16_t, std::pair<std::string, JointTopic*>> topic_of_;  // by channel
 };
@@ -85,23 +85,71 @@ std::string listed(const std::vector<std::string>& names) {
   return list;
 }
 
+/// What a caller gets of a recording of ours: every column, or those of one joint.
+struct Selection {
+  RecordingHead head;
+  std::vector<std::size_t> columns;
+};
+
+Selection all_of(const RecordingHead& head) {
+  Selection all{head, {}};
+  for (std::size_t i = 0; i < head.columns.size(); ++i) all.columns.push_back(i);
+  return all;
+}
+
+/// wheel_1_position_rad becomes position_rad of the rig wheel-1, and so on: the columns that a recording of
+/// this joint alone has.
+Selection joint_of(const RecordingHead& head, const std::string& wanted, const std::string& file) {
+  const auto rig_name = [](std::string name) {
+    std::ranges::replace(name, '_', '-');
+    return name;
+  };
+  std::vector<std::string> names;
+  for (const JointColumns& joint : joints_of(head)) {
+    names.push_back(joint.joint);
+    if (rig_name(joint.joint) != rig_name(wanted)) continue;
+    if (head.columns[joint.position].name == "position_rad") return all_of(head);
+    Selection selection{{head.comments, {}}, {}};
+    for (RecordingFile::Comment& comment : selection.head.comments)
+      if (comment.key == "rig") comment.value = rig_name(joint.joint);
+    const std::string prefix = joint.joint + '_';
+    for (std::size_t i = 0; i < head.columns.size(); ++i) {
+      RecordingFile::Column column = head.columns[i];
+      if (column.name.starts_with(prefix))
+        column.name.erase(0, prefix.size());
+      else if (column.name != "time_s")
+        continue;
+      if (!is_known_column(column.name)) continue;
+      selection.columns.push_back(i);
+      selection.head.columns.push_back(std::move(column));
+    }
+    return selection;
+  }
+  throw ConfigError({file + ": has no joint '" + wanted + "'; it has " + listed(names)});
+}
+
 class RecordRows : public Visitor {
  public:
-  RecordRows(std::uint16_t channel, const RecordingHead& head, const RowVisitor& visitor)
-      : channel_(channel), head_(head), visitor_(visitor), row_(head.columns.size()) {}
+  RecordRows(std::uint16_t channel, const RecordingHead& head, const Selection& selection,
+             const RowVisitor& visitor)
+      : channel_(channel), selection_(selection), visitor_(visitor), row_(selection.columns.size()) {
+    for (const RecordingFile::Column& column : head.columns) decimals_.push_back(column.decimals);
+  }
 
  private:
   void message(const Message& message) override {
     if (message.channel != channel_) return;
-    read_record(message.data, row_);
-    for (std::size_t i = 0; i < row_.size(); ++i)
-      if (head_.columns[i].decimals) row_[i] = rounded_to_decimal(row_[i], *head_.columns[i].decimals);
-    visitor_.row(row_);
+    const std::vector<double> rows = read_rows(message.data, decimals_);
+    for (std::size_t at = 0; at < rows.size(); at += decimals_.size()) {
+      for (std::size_t i = 0; i < row_.size(); ++i) row_[i] = rows[at + selection_.columns[i]];
+      visitor_.row(row_);
+    }
   }
 
   std::uint16_t channel_;
-  const RecordingHead& head_;
+  const Selection& selection_;
   const RowVisitor& visitor_;
+  std::vector<std::optional<int>> decimals_;
   std::vector<double> row_;
 };
 
@@ -195,18 +243,32 @@ const std::pair<const std::string, JointTopic>& chosen_topic(const Survey& surve
 
 }  // namespace
 
-namespace {
-
-void read_rows(const std::function<ReadBytes()>& open, const std::string& file, const JointChoice& choice,
-               const RowVisitor& visitor) {
+void read_mcap_rows(const std::function<ReadBytes()>& open, const std::string& file,
+                    const JointChoice& choice, const RowVisitor& visitor) {
   Survey survey;
-  read_mcap(open(), file, survey);
-  if (survey.record_channel) {
-    visitor.head(survey.head);
-    RecordRows rows(*survey.record_channel, survey.head, visitor);
-    read_mcap(open(), file, rows);
+  std::string torn;  // how the file ends, if it is not complete
+  const auto read = [&](Visitor& pass) {
+    try {
+      read_mcap(open(), file, pass);
+    } catch (const TornMcap& error) {
+      torn = error.what();
+    }
+  };
+  const auto report_torn = [&] {
+    if (!torn.empty() && visitor.warning)
+      visitor.warning(torn + "; what precedes was read; youbotctl recover completes the file");
+  };
+  read(survey);
+  if (survey.rows_channel) {
+    const Selection selection =
+        choice.joint.empty() ? all_of(survey.head) : joint_of(survey.head, choice.joint, file);
+    visitor.head(selection.head);
+    RecordRows rows(*survey.rows_channel, survey.head, selection, visitor);
+    read(rows);
+    report_torn();
     return;
   }
+  if (!torn.empty() && survey.joint_topics.empty()) throw ConfigError({torn});
   const auto& [name, topic] = chosen_topic(survey, file);
   std::vector<std::string> joints = topic.joints;
   if (!choice.joint.empty()) {
@@ -218,18 +280,8 @@ void read_rows(const std::function<ReadBytes()>& open, const std::string& file, 
   }
   visitor.head(head_of(name, topic, joints, survey.library));
   JointRows rows(topic, joints, visitor);
-  read_mcap(open(), file, rows);
-}
-
-}  // namespace
-
-void read_mcap_rows(const std::function<ReadBytes()>& open, const std::string& file,
-                    const JointChoice& choice, const RowVisitor& visitor) {
-  try {
-    read_rows(open, file, choice, visitor);
-  } catch (const TornMcap& error) {
-    throw ConfigError({std::string(error.what()) + "; youbotctl recover repairs it"});
-  }
+  read(rows);
+  report_torn();
 }
 
 }  // namespace runtime::mcap

@@ -96,10 +96,6 @@ void McapWriter::add_message(const Message& message) {
   append_number(chunk_, message.publish_time_ns);
   chunk_ += message.data;
 
-  start_ns_ = message_count_ == 0 ? time_ns : std::min(start_ns_, time_ns);
-  end_ns_ = std::max(end_ns_, time_ns);
-  ++message_count_;
-  ++message_counts_[message.channel];
   if (chunk_.size() >= options_.chunk_bytes) end_chunk();
 }
 
@@ -144,12 +140,21 @@ void McapWriter::end_chunk() {
   append_string(summary, compression);
   append_number(summary, static_cast<std::uint64_t>(records.size()));
   append_number(summary, static_cast<std::uint64_t>(chunk_.size()));
-  chunk_indexes_.push_back(std::move(summary));
-
   // Cleared first: after a failed write the next chunk does not repeat these messages.
   chunk_.clear();
-  chunk_index_.clear();
+  const auto index = std::exchange(chunk_index_, {});
   write(out);
+  chunk_indexes_.push_back(std::move(summary));
+  count_chunk(index);
+}
+
+void McapWriter::count_chunk(const std::map<std::uint16_t, std::vector<IndexEntry>>& index) {
+  start_ns_ = message_count_ == 0 ? chunk_start_ns_ : std::min(start_ns_, chunk_start_ns_);
+  end_ns_ = std::max(end_ns_, chunk_end_ns_);
+  for (const auto& [channel, entries] : index) {
+    message_counts_[channel] += entries.size();
+    message_count_ += entries.size();
+  }
 }
 
 void McapWriter::add_metadata(std::string_view metadata_name, const StringMap& metadata) {

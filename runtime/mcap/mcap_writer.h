@@ -43,7 +43,7 @@ struct Attachment {
 };
 
 /// `write` gets the file piece by piece; a chunk with its index is one piece. Whatever `write` throws passes
-/// through, and the file is torn where it was.
+/// through; the piece then counts as not written, and others may follow.
 ///
 ///     McapWriter writer([&](std::string_view bytes) { file.write(bytes); }, {.library = "..."});
 ///     const auto schema = writer.add_schema("sensor_msgs/msg/JointState", "ros2msg", text);
@@ -75,6 +75,7 @@ class McapWriter {
 
   void write_record(Opcode opcode, std::string_view content);
   void write(std::string_view bytes);
+  void count_chunk(const std::map<std::uint16_t, std::vector<IndexEntry>>& index);
   std::string statistics() const;
 
   std::function<void(std::string_view)> write_;

@@ -50,16 +50,35 @@ std::optional<std::size_t> RecordingHead::column(std::string_view column_name) c
 std::uint64_t RecordingHead::start_ns() const {
   std::tm utc{};
   const std::string text(comment("started"));
-  int length = 0;  // of a text that matches to its end
-  if (std::sscanf(text.c_str(), "%4d-%2d-%2dT%2d:%2d:%2dZ%n", &utc.tm_year, &utc.tm_mon, &utc.tm_mday,
-                  &utc.tm_hour, &utc.tm_min, &utc.tm_sec, &length) != 6 ||
-      static_cast<std::size_t>(length) != text.size() || text.empty())
+  int length = 0;  // of the whole seconds
+  if (std::sscanf(text.c_str(), "%4d-%2d-%2dT%2d:%2d:%2d%n", &utc.tm_year, &utc.tm_mon, &utc.tm_mday,
+                  &utc.tm_hour, &utc.tm_min, &utc.tm_sec, &length) != 6)
     return 0;
+  std::string_view rest = std::string_view(text).substr(static_cast<std::size_t>(length));
+  std::uint64_t fraction_ns = 0;
+  if (rest.starts_with('.')) {
+    rest.remove_prefix(1);
+    std::uint64_t unit_ns = 100'000'000;
+    for (; !rest.empty() && rest.front() >= '0' && rest.front() <= '9'; rest.remove_prefix(1)) {
+      fraction_ns += unit_ns * static_cast<std::uint64_t>(rest.front() - '0');
+      unit_ns /= 10;
+    }
+  }
+  if (rest != "Z") return 0;
   utc.tm_year -= 1900;
   utc.tm_mon -= 1;
   const std::time_t seconds = timegm(&utc);
   constexpr std::time_t kLast = 9'000'000'000;  // year 2255
-  return seconds < 0 || seconds > kLast ? 0 : static_cast<std::uint64_t>(seconds) * 1'000'000'000;
+  if (seconds < 0 || seconds > kLast) return 0;
+  return static_cast<std::uint64_t>(seconds) * 1'000'000'000 + fraction_ns;
+}
+
+Attachment toml_attachment(const std::string& name, const std::string& text, std::uint64_t time_ns) {
+  return {.name = name,
+          .media_type = "application/toml",
+          .log_time_ns = time_ns,
+          .create_time_ns = time_ns,
+          .data = text};
 }
 
 StringMap metadata_of(const RecordingHead& head) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "runtime/mcap/bytes.h"
+#include "runtime/mcap/mcap_writer.h"
 #include "runtime/recording/recording_file.h"
 
 namespace runtime::mcap {
@@ -20,8 +21,8 @@ struct RecordingHead {
   /// Empty if there is no such comment.
   std::string_view comment(std::string_view key) const noexcept;
   std::optional<std::size_t> column(std::string_view column_name) const noexcept;
-  /// From the comment `started`, UTC: "2026-11-26T22:03:08Z". Zero without one, or
-  /// for any other text.
+  /// From the comment `started`, UTC, up to nanoseconds: "2026-11-26T22:03:08.250Z". Zero without one, or for
+  /// any other text.
   std::uint64_t start_ns() const;
 };
 
@@ -32,6 +33,9 @@ StringMap metadata_of(const RecordingHead& head);
 StringMap channel_metadata_of(const RecordingHead& head);
 /// Undoes both. @throws BadRecord if the columns are missing or malformed.
 RecordingHead head_from(const StringMap& recording, const StringMap& channel);
+
+/// A configuration, or a model, that belongs to the recording.
+Attachment toml_attachment(const std::string& name, const std::string& text, std::uint64_t time_ns);
 
 /// A joint and where its values are in a row.
 struct JointColumns {

@@ -18,15 +18,17 @@ struct RowVisitor {
   std::function<void(const std::string&)> warning = {};  ///< with file and line; may be empty
 };
 
-/// Which joints of a file of others become columns.
+/// Which joints become columns.
 struct JointChoice {
-  std::string joint = {};  ///< empty: the only one
-  bool all = false;        ///< several joints have columns such as wheel_1_position_rad
+  /// Empty: all columns of a recording of ours; the only joint in a file of others.
+  std::string joint = {};
+  bool all = false;  ///< several joints of others have columns such as wheel_1_position_rad
 };
 
-/// The recording in an MCAP file: every column if this software wrote it; otherwise time, position, velocity
-/// and effort from its sensor_msgs/JointState, on `/joint_states` if there are several such topics.
-/// `open` begins at the beginning of the file; it is called twice.
+/// The recording in an MCAP file: if this software wrote it, every column, or those of one joint; otherwise
+/// time, position, velocity and effort from its sensor_msgs/JointState, on `/joint_states` if there are
+/// several such topics. Of a file that is not complete, because it is still written or its program was
+/// killed, what is there, and a warning. `open` begins at the beginning of the file; it is called twice.
 /// @throws McapError; ConfigError listing the joints or topics if the choice is not clear.
 void read_mcap_rows(const std::function<ReadBytes()>& open, const std::string& file,
                     const JointChoice& choice, const RowVisitor& visitor);

@@ -4,6 +4,8 @@
 #include <limits>
 #include <set>
 
+#include "runtime/mcap/decimals.h"
+
 namespace runtime::mcap {
 
 const std::string_view kJointStateDefinition =
@@ -86,31 +88,92 @@ std::string field_name(std::string_view column) {
   return field.empty() ? "c" : field;
 }
 
-}  // namespace
-
-std::string record_definition(const std::vector<std::string>& columns) {
-  std::set<std::string> given;
+/// "TYPE name" for each column, with names that differ.
+std::string fields(const std::vector<std::string>& columns, const char* type, std::set<std::string> given) {
   std::string text;
   for (const std::string& column : columns) {
     const std::string name = field_name(column);
     std::string field = name;
     for (int i = 2; !given.insert(field).second; ++i) field = name + "_" + std::to_string(i);
-    text += "float64 " + field + '\n';
+    text += std::string(type) + ' ' + field + '\n';
   }
   return text;
+}
+
+}  // namespace
+
+std::string record_definition(const std::vector<std::string>& columns) {
+  return fields(columns, "float64", {});
 }
 
 void write_record(CdrWriter& cdr, std::span<const double> row) {
   for (const double value : row) cdr.number(value);
 }
 
-void read_record(std::string_view payload, std::span<double> row) {
-  constexpr std::size_t kHead = 4;
-  if (payload.size() != kHead + row.size_bytes())
-    throw BadRecord("a row of " + std::to_string(payload.size()) + " bytes for " +
-                    std::to_string(row.size()) + " columns");
+std::string rows_definition(const std::vector<std::string>& columns) {
+  return "# Rows, column by column: the first value, then differences, in half units of the last decimal.\n"
+         "# A column that is empty is in `unscaled`, as numbers, one such column after the other.\n"
+         "# Topic /record has each tenth row as numbers; `youbotctl convert` writes all of them.\n"
+         "uint32 rows\n" +
+         fields(columns, "int64[]", {"rows", "unscaled"}) + "float64[] unscaled\n";
+}
+
+void write_rows(CdrWriter& cdr, std::span<const double> rows, std::span<const std::optional<int>> decimals) {
+  const std::size_t width = decimals.size();
+  const std::size_t count = rows.size() / width;
+  std::vector<double> unscaled;
+  std::vector<std::int64_t> scaled;
+  cdr.count(count);
+  for (std::size_t column = 0; column < width; ++column) {
+    scaled.clear();
+    for (std::size_t row = 0; row < count && decimals[column]; ++row) {
+      const auto value = in_half_units(rows[row * width + column], *decimals[column]);
+      if (!value) break;
+      scaled.push_back(*value);
+    }
+    if (scaled.size() < count) {
+      scaled.clear();
+      for (std::size_t row = 0; row < count; ++row) unscaled.push_back(rows[row * width + column]);
+    }
+    cdr.count(scaled.size());
+    std::int64_t last = 0;
+    for (const std::int64_t value : scaled) {
+      cdr.number(value - last);
+      last = value;
+    }
+  }
+  cdr.count(unscaled.size());
+  for (const double value : unscaled) cdr.number(value);
+}
+
+std::vector<double> read_rows(std::string_view payload, std::span<const std::optional<int>> decimals) {
   CdrReader cdr(payload);
-  for (double& value : row) value = cdr.float64("a column");
+  const std::size_t width = decimals.size();
+  const std::size_t count = cdr.uint32("rows");
+  const auto refuse = [](const std::string& problem) { throw BadRecord("rows: " + problem); };
+  if (count > payload.size() / width) refuse("more than the payload can hold");
+  std::vector<double> rows(count * width);
+  std::vector<std::size_t> unscaled;
+  for (std::size_t column = 0; column < width; ++column) {
+    const std::size_t values = cdr.count("a column", sizeof(std::int64_t));
+    if (values == 0) {
+      unscaled.push_back(column);
+      continue;
+    }
+    if (values != count || !decimals[column]) refuse("a column of another length, or without decimals");
+    std::int64_t last = 0;
+    for (std::size_t row = 0; row < count; ++row) {
+      // Unsigned: a damaged file must not overflow.
+      last = static_cast<std::int64_t>(static_cast<std::uint64_t>(last) +
+                                       static_cast<std::uint64_t>(cdr.int64("a column")));
+      rows[row * width + column] = from_half_units(last, *decimals[column]);
+    }
+  }
+  if (cdr.count("unscaled", sizeof(double)) != unscaled.size() * count)
+    refuse("`unscaled` of another length than the columns in it");
+  for (const std::size_t column : unscaled)
+    for (std::size_t row = 0; row < count; ++row) rows[row * width + column] = cdr.float64("unscaled");
+  return rows;
 }
 
 }  // namespace runtime::mcap

@@ -2,6 +2,7 @@
 /// The ROS 2 messages of a recording: definitions and payloads.
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -45,7 +46,15 @@ inline constexpr std::string_view kRecordType = "youbot_msgs/msg/Record";
 /// torque_command_nm.
 std::string record_definition(const std::vector<std::string>& columns);
 void write_record(CdrWriter& cdr, std::span<const double> row);
-/// @throws BadRecord if the payload does not have this many values.
-void read_record(std::string_view payload, std::span<double> row);
+
+inline constexpr std::string_view kRowsType = "youbot_msgs/msg/Rows";
+/// Many rows, column by column, because that compresses to half. A column with decimals is an int64[]: its
+/// first value and the differences between the others, in half units of its last decimal (decimals.h). What
+/// does not fit is in `unscaled`, and the int64[] is empty.
+std::string rows_definition(const std::vector<std::string>& columns);
+/// `rows`: one after the other, each with a number for each element of `decimals`.
+void write_rows(CdrWriter& cdr, std::span<const double> rows, std::span<const std::optional<int>> decimals);
+/// @throws BadRecord if the payload does not have these columns.
+std::vector<double> read_rows(std::string_view payload, std::span<const std::optional<int>> decimals);
 
 }  // namespace runtime::mcap

@@ -64,11 +64,6 @@ std::string_view right_name(std::string_view column) {
   return {};
 }
 
-bool is_known(std::string_view column) {
-  return std::any_of(kKnownColumns.begin(), kKnownColumns.end(),
-                     [column](const KnownColumn& known) { return known.name == column; });
-}
-
 std::string_view trimmed(std::string_view text) {
   while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
   while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
@@ -106,7 +101,8 @@ class Reader {
     result_.first_row_line = 1;
     mcap::read_mcap_rows(open, name_, {.joint = joint},
                          {.head = [this](const mcap::RecordingHead& head) { take_head(head); },
-                          .row = [this](std::span<const double> row) { take_row(row); }});
+                          .row = [this](std::span<const double> row) { take_row(row); },
+                          .warning = [this](const std::string& text) { add_warning(text); }});
     if (result_.recording.rows() == 0 && problems_.empty()) problem(0, "no rows; was anything recorded?");
     finish();
     return std::move(result_);
@@ -208,7 +204,7 @@ class Reader {
       line.remove_prefix(comma + 1);
     }
     if (!titled_ && std::none_of(seen.begin(), seen.end(), [](std::string_view name) {
-          return is_known(name) || !right_name(name).empty();
+          return is_known_column(name) || !right_name(name).empty();
         })) {
       problems_.clear();
       problem_count_ = 0;
@@ -254,7 +250,7 @@ class Reader {
       problem(line_, "column " + quoted(name) + " is there twice; keep one");
     else if (name == "time_s")
       time_column_ = recording.columns.size();
-    else if (!is_known(name)) {
+    else if (!is_known_column(name)) {
       if (const std::string_view right = right_name(name); !right.empty())
         problem(line_, "column " + quoted(name) + " must be " + std::string(right) +
                            ": convert its values and rename it");
@@ -370,8 +366,9 @@ class Reader {
   std::string located(std::size_t line, const std::string& message) const {
     return name_ + (line > 0 ? ":" + std::to_string(line) : "") + ": " + message;
   }
-  void warn(std::size_t line, const std::string& message) {
-    if (warning_count_++ < ReadRecording::kMaxWarnings) result_.warnings.push_back(located(line, message));
+  void warn(std::size_t line, const std::string& message) { add_warning(located(line, message)); }
+  void add_warning(const std::string& text) {
+    if (warning_count_++ < ReadRecording::kMaxWarnings) result_.warnings.push_back(text);
   }
   void problem(std::size_t line, const std::string& message) {
     if (problem_count_++ < RecordingError::kMaxProblems) problems_.push_back(located(line, message));
@@ -407,6 +404,11 @@ class Reader {
 };
 
 }  // namespace
+
+bool is_known_column(std::string_view name) {
+  return std::any_of(kKnownColumns.begin(), kKnownColumns.end(),
+                     [name](const KnownColumn& known) { return known.name == name; });
+}
 
 bool is_recording(const std::filesystem::path& path) {
   if (path.extension() == ".csv") return true;

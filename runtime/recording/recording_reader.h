@@ -51,18 +51,23 @@ struct ReadRecording {
 /// reason is reported in both cases.
 enum class NotMeasured : std::uint8_t { kRefused, kTaken };
 
+/// Whether the recording contract has this column.
+bool is_known_column(std::string_view name);
+
 /// Of a file in a directory: `.csv`, or `.mcap` without the same recording as `.csv` beside it.
 bool is_recording(const std::filesystem::path& path);
 
 struct ReadOptions {
   NotMeasured not_measured = NotMeasured::kRefused;
-  /// Of an MCAP file of others: the joint to read. Empty: the only one.
+  /// Of an MCAP file with several joints: the one to read, such as wheel_1. Empty: every column of a
+  /// recording of ours, the only joint in a file of others.
   std::string joint = {};
 };
 
 /// A file that ends in `.mcap` is read as MCAP: every column of ours, or a joint of the
 /// sensor_msgs/JointState of others. Messages then count rows in place of lines, and damage has its byte
-/// offset.
+/// offset. Of a file that is still written, or whose program was killed, the rows that are there, with a
+/// warning.
 /// @throws RecordingError, also if the file cannot be read.
 ReadRecording read_recording(const std::filesystem::path& path,
                              NotMeasured not_measured = NotMeasured::kRefused);

@@ -21,6 +21,7 @@ void write_recording(McapWriter& writer) {
   RecordingWriter recording(
       writer, {{{"rig", "wheel-1"}}, {{"time_s", 3}, {"position_rad"}, {"torque_measured_Nm", 6}}});
   for (int i = 0; i < 3; ++i) recording.append_row(std::vector<double>{i * 0.001, i * 0.1, -i * 0.01});
+  recording.end_block();
 }
 
 void write_joint_states(McapWriter& writer) {
