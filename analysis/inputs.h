@@ -16,7 +16,7 @@ struct InputPaths {
   std::filesystem::path model{};
   std::vector<std::filesystem::path> data{};      ///< recordings, or directories of them
   std::vector<std::filesystem::path> held_out{};  ///< the same; may be empty
-  std::string joint{};                            ///< of MCAP files that others wrote with several joints
+  std::string joint{};                            ///< of MCAP files with several
 };
 
 struct Inputs {

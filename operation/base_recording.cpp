@@ -5,6 +5,7 @@
 #include "hal/seconds.h"
 #include "operation/workspace_comments.h"
 #include "runtime/program/build_info.h"
+#include "runtime/recording/started.h"
 
 namespace operation {
 namespace {
@@ -22,12 +23,14 @@ BaseRecording::Description base_recording(const BaseRecordingOptions& options) {
       .comments = {{"experiment", options.experiment},
                    {"sample_rate_Hz", fmt::format("{:g}", 1 / hal::seconds(options.period))},
                    {"friction_compensation", options.friction_compensation ? "true" : "false"},
+                   runtime::started_now(),
                    {"software", runtime::build_version()}},
       .tables = {},
       .way = {{{"reference", report::Style::kDashed}, {"base"}}, /*from_the_side=*/false, options.workspace},
       .places_W_m = reference_and_base};
   add_workspace(options.workspace, description.comments);
-  for (std::size_t i = 0; i < kWheels; ++i)
+  const bool wheels_apart = options.config.format == runtime::RecordingFormat::kCsv;
+  for (std::size_t i = 0; wheels_apart && i < kWheels; ++i)
     description.tables.push_back({.file = fmt::format("wheel-{}", i + 1),
                                   .columns = runtime::columns_of(WheelOfRecord{{}, i}),
                                   .append = [i](runtime::RecordingFile& file, const CycleRecord& record) {

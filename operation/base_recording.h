@@ -1,6 +1,7 @@
 /// @file
-/// Recording of a base: `wheel-1.csv` … `wheel-4.csv` (format and columns of the recording contract, with the
-/// filtered velocity) and `base.csv` (poses, wrench, timing).
+/// Recording of a base: `base.mcap` or `base.csv` (poses, wrench, wheels, timing). As CSV also `wheel-1.csv`
+/// … `wheel-4.csv` (format and columns of the recording contract, with the filtered velocity); of an MCAP
+/// file, a reader gets a wheel by its name.
 #pragma once
 #include <chrono>
 #include <filesystem>

@@ -12,7 +12,7 @@ std::unique_ptr<BaseRecording> make_recording(const Config& config, const RunOpt
   check_record_directory(*options.record_directory);
   return std::make_unique<BaseRecording>(
       base_recording({.directory = *options.record_directory,
-                      .config = {options.config_file, options.settings},
+                      .config = recording_config(config, options),
                       .experiment = options.experiment,
                       .friction_compensation = config.cycle.controller.compensate_friction,
                       .period = config.cycle.period,

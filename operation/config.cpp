@@ -29,6 +29,7 @@ namespace operation {
 namespace {
 
 using runtime::TomlTable;
+using Models = std::vector<runtime::RecordingFile::Attachment>;
 
 std::chrono::nanoseconds to_nanoseconds(double seconds) {
   return std::chrono::nanoseconds(std::llround(seconds * 1e9));
@@ -194,10 +195,16 @@ std::optional<model::effects::DriveModel> read_model(TomlTable& table, std::stri
   }
 }
 
+/// Attachments are named after the file that the configuration names.
+void keep(const std::string& name, const model::effects::DriveModel& model, Models& models) {
+  if (std::ranges::find(models, name, &Models::value_type::name) == models.end())
+    models.push_back({name, runtime::drive_model_text(model)});
+}
+
 /// A curve that drops below zero within the wheels' speed range is not friction: its compensation would drive
 /// them.
 void read_wheel_models(TomlTable& table, const std::filesystem::path& folder, double top_speed_rad_per_s,
-                       control::BaseController::Config& controller) {
+                       control::BaseController::Config& controller, Models& models) {
   constexpr std::string_view kKey = "models";
   std::vector<std::string> names;
   table.texts(kKey, names);
@@ -209,6 +216,7 @@ void read_wheel_models(TomlTable& table, const std::filesystem::path& folder, do
   for (const std::string& name : names) {
     const auto model = read_model(table, kKey, folder, name);
     if (!model) continue;
+    keep(name, *model, models);
     if (const std::string why = runtime::driving_friction(*model, top_speed_rad_per_s); !why.empty())
       table.refuse(kKey,
                    "names a drive model that cannot be compensated up to 'limits.wheel_speed_rad_per_s': " +
@@ -220,7 +228,7 @@ void read_wheel_models(TomlTable& table, const std::filesystem::path& folder, do
 }
 
 void read_compensation(TomlTable& table, const std::filesystem::path& folder, double top_speed_rad_per_s,
-                       control::BaseController::Config& controller) {
+                       control::BaseController::Config& controller, Models& models) {
   table.boolean("enabled", controller.compensate_friction);
   table.number("margin", controller.compensator.margin, {.min = 0, .max = 1});
   table.number("full_command_Nm", controller.compensator.full_command_Nm, {.min = 1e-4, .max = 1});
@@ -229,7 +237,7 @@ void read_compensation(TomlTable& table, const std::filesystem::path& folder, do
   table.number("filter_cutoff_rad_per_s", controller.observer.filter.cutoff_rad_per_s,
                {.min = 5, .max = 1000});
   table.number("filter_damping", controller.observer.filter.damping, {.min = 0.3, .max = 3});
-  read_wheel_models(table, folder, top_speed_rad_per_s, controller);
+  read_wheel_models(table, folder, top_speed_rad_per_s, controller, models);
 }
 
 void read_path(TomlTable table, control::BasePath::Plan& path) {
@@ -252,7 +260,7 @@ void read_path(TomlTable table, control::BasePath::Plan& path) {
 }
 
 void read_simulated_wheels(TomlTable& table, const std::filesystem::path& folder,
-                           sim::BaseParameters& simulation) {
+                           sim::BaseParameters& simulation, Models& models) {
   std::string model;
   int seed = -1;
   table.text("model", model);
@@ -261,10 +269,12 @@ void read_simulated_wheels(TomlTable& table, const std::filesystem::path& folder
     return table.refuse("hidden_effect",
                         "and 'simulation.model' exclude each other: wheels follow one of them");
   if (!model.empty()) simulation.model = read_model(table, "model", folder, model);
+  if (!model.empty() && simulation.model) keep(model, *simulation.model, models);
   if (seed >= 0) simulation.model = runtime::HiddenEffect(static_cast<std::uint64_t>(seed)).wheel_model();
 }
 
-void read_simulation(TomlTable table, const std::filesystem::path& folder, sim::BaseParameters& simulation) {
+void read_simulation(TomlTable table, const std::filesystem::path& folder, sim::BaseParameters& simulation,
+                     Models& models) {
   table.boolean("on_ground", simulation.on_ground);
   table.number("mass_kg", simulation.mass_kg, {.min = 1, .max = 200});
   table.number("yaw_inertia_kg_m2", simulation.yaw_inertia_kg_m2, {.min = 0.05, .max = 50});
@@ -276,7 +286,7 @@ void read_simulation(TomlTable table, const std::filesystem::path& folder, sim::
   int seed = static_cast<int>(simulation.noise_seed);
   table.integer("noise_seed", seed, {.min = 0});
   simulation.noise_seed = static_cast<std::uint64_t>(seed);
-  read_simulated_wheels(table, folder, simulation);
+  read_simulated_wheels(table, folder, simulation, models);
 }
 
 /// Settings that teleoperation shares with the rest.
@@ -326,10 +336,10 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   read_controller(root.table("controller"), config.cycle.controller);
   read_limits(limits, config.cycle);
   read_compensation(compensation, file.parent_path(), config.cycle.wheel_speed_limit_rad_per_s,
-                    config.cycle.controller);
+                    config.cycle.controller, config.models);
   read_path(path, config.path);
   read_workspace(root.table("workspace"), config.cycle.workspace);
-  read_simulation(root.table("simulation"), file.parent_path(), config.robot.simulation);
+  read_simulation(root.table("simulation"), file.parent_path(), config.robot.simulation, config.models);
   TomlTable haptic = root.table("haptic");
   runtime::read_haptic(haptic, file.parent_path(), config.haptic);
   config.teleoperated = root.has("teleoperation");

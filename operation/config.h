@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "control/base_path.h"
 #include "control/teleoperation.h"
@@ -14,6 +15,7 @@
 #include "runtime/open_robot.h"
 #include "runtime/program/control_socket.h"
 #include "runtime/real_time.h"
+#include "runtime/recording/recording_file.h"
 
 namespace operation {
 
@@ -27,6 +29,8 @@ struct Config {
   runtime::HapticOptions haptic;
   /// Only with a haptic device; its settings for the base are in `cycle`.
   control::Teleoperation::Config teleoperation;
+  /// Drive models that the configuration names, as used.
+  std::vector<runtime::RecordingFile::Attachment> models;
   /// The configuration has [teleoperation]: a haptic device commands the robot.
   bool teleoperated = false;
 };

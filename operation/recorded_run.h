@@ -16,9 +16,14 @@
 #include "operation/run_recording.h"
 #include "runtime/configuration/plausibility_config.h"
 #include "runtime/recording/flight_recorder.h"
+#include "runtime/recording/started.h"
 #include "runtime/robot_session.h"
 
 namespace operation {
+
+inline runtime::RecordingConfig recording_config(const Config& config, const RunOptions& options) {
+  return {options.config_file, options.settings, config.models, options.record_format};
+}
 
 /// `Cycle` has step(), request_stop(), switch_off(), finished(), record(), silent_checks() and
 /// once_silent_checks(); `Record` has a schema (runtime/recording/record_rows.h), `limited`, `wake_up` and
@@ -53,7 +58,9 @@ class RecordedRun : public Run {
     if (summary_.stop_reason.empty()) return;
     summary_.fault_report = runtime::write_fault_report(
         options_.record_directory,
-        [&](const std::filesystem::path& path) { flight_recorder_.write(path, rig_, summary_.stop_reason); },
+        [&](const std::filesystem::path& path) {
+          flight_recorder_.write(path, rig_, started_, summary_.stop_reason);
+        },
         frames, summary_.stop_reason, summary_.recording_problems);
   }
   Summary& summary() noexcept final { return summary_; }
@@ -91,6 +98,7 @@ class RecordedRun : public Run {
 
   RunOptions options_;
   std::string rig_;
+  runtime::RecordingFile::Comment started_ = runtime::started_now();
   runtime::FlightRecorder<Record> flight_recorder_;
   std::unique_ptr<RunRecording<Record>> recording_;
   std::function<void(const Record&)> after_cycle_;

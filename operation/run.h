@@ -13,6 +13,7 @@
 #include "operation/recording_state.h"
 #include "operation/run_summary.h"
 #include "runtime/loop.h"
+#include "runtime/recording/recording_directory.h"
 
 namespace operation {
 
@@ -67,6 +68,7 @@ struct RunOptions {
   std::filesystem::path config_file;
   std::string settings{};  ///< TOML that overrides entries of the file; recorded with it
   std::optional<std::filesystem::path> record_directory{};
+  runtime::RecordingFormat record_format{};
   std::string experiment = "path";  ///< name in the recordings of a base
   bool virtual_time = false;        ///< the recording may delay the cycle
   LiveFeed* live = nullptr;         ///< of a page; null: none. Must outlive the run

@@ -29,7 +29,8 @@ void require_room(const std::filesystem::path& directory) {
 bool holds_recording(const std::filesystem::path& directory) {
   // A directory that cannot be read cannot be written either; creating files in it reports why.
   std::error_code unknown;
-  for (const char* name : {"config.toml", "base.csv", "wheel-1.csv", "teleoperation.csv"})
+  for (const char* name :
+       {"config.toml", "base.mcap", "base.csv", "wheel-1.csv", "teleoperation.mcap", "teleoperation.csv"})
     if (std::filesystem::exists(directory / name, unknown)) return true;
   return false;
 }

@@ -32,7 +32,7 @@ template <typename Record>
 class RunRecording {
  public:
   struct Table {
-    std::string file;  ///< without .csv
+    std::string file;  ///< without extension
     std::string rig = file;
     std::vector<runtime::RecordingFile::Column> columns = runtime::columns_of(Record{});
     std::function<void(runtime::RecordingFile&, const Record&)> append = runtime::append_record<Record>;

@@ -5,6 +5,7 @@
 #include "hal/seconds.h"
 #include "operation/workspace_comments.h"
 #include "runtime/program/build_info.h"
+#include "runtime/recording/started.h"
 
 namespace operation {
 namespace {
@@ -30,6 +31,7 @@ TeleopRecording::Description teleop_recording(const TeleopRecordingOptions& opti
       .comments = {{"experiment", "teleoperation"},
                    {"sample_rate_Hz", fmt::format("{:g}", 1 / hal::seconds(options.period))},
                    {"not_measured", kNoOpening},
+                   runtime::started_now(),
                    {"software", runtime::build_version()}},
       .tables = {},
       .way = {{{"base"}, {"set-point", report::Style::kDashed}, {"end effector"}},

@@ -1,5 +1,5 @@
 /// @file
-/// The recording of a teleoperation: `teleoperation.csv`.
+/// The recording of a teleoperation: `teleoperation.mcap` or `teleoperation.csv`.
 #pragma once
 #include <chrono>
 #include <filesystem>

@@ -35,12 +35,11 @@ std::unique_ptr<TeleopRecording> make_recording(const Config& config, const RunO
                                                 bool simulated) {
   if (!options.record_directory) return nullptr;
   check_record_directory(*options.record_directory);
-  return std::make_unique<TeleopRecording>(
-      teleop_recording({.directory = *options.record_directory,
-                        .config = {options.config_file, options.settings},
-                        .period = config.cycle.period,
-                        .simulated = simulated,
-                        .workspace = config.teleoperation.workspace}));
+  return std::make_unique<TeleopRecording>(teleop_recording({.directory = *options.record_directory,
+                                                             .config = recording_config(config, options),
+                                                             .period = config.cycle.period,
+                                                             .simulated = simulated,
+                                                             .workspace = config.teleoperation.workspace}));
 }
 
 double length(const std::array<double, 3>& v) noexcept { return std::hypot(v[0], v[1], v[2]); }

@@ -17,6 +17,7 @@
 #include "runtime/program/build_info.h"
 #include "runtime/recording/output_directory.h"
 #include "runtime/recording/recording_reader.h"
+#include "runtime/recording/started.h"
 
 namespace youbot_bench {
 namespace {
@@ -181,6 +182,7 @@ ExperimentRecording::ExperimentRecording(const Description& description, bool re
   };
 
   const std::vector<Comment> common{{"sample_rate_Hz", shortest(description.rate_Hz)},
+                                    runtime::started_now(),
                                     {"software", runtime::build_version()}};
   const auto comments = [&common](const std::string& rig, const std::string& experiment) {
     std::vector<Comment> result{{"rig", rig}, {"experiment", experiment}};
@@ -193,8 +195,10 @@ ExperimentRecording::ExperimentRecording(const Description& description, bool re
         rows_directory / (joint + ".csv"), comments(joint, description.experiment), columns,
         [this](std::span<const double> row, int) { return row[0] <= finished_until_s_ + kTimeGrain_s; }));
     if (result_values_ > 0) {
-      std::vector<Comment> result_comments{
-          {"rig", joint}, {"experiment", description.result}, {"software", runtime::build_version()}};
+      std::vector<Comment> result_comments{{"rig", joint},
+                                           {"experiment", description.result},
+                                           runtime::started_now(),
+                                           {"software", runtime::build_version()}};
       std::ranges::move(reason_comments(joint, description.result_columns, reasons_),
                         std::back_inserter(result_comments));
       results_.push_back(

@@ -32,6 +32,7 @@
 #include "runtime/recording/output_directory.h"
 #include "runtime/recording/record_rows.h"
 #include "runtime/recording/recording.h"
+#include "runtime/recording/started.h"
 #include "runtime/robot_session.h"
 
 namespace youbot_bench {
@@ -120,6 +121,7 @@ std::vector<runtime::Recording<HoldRecord>::Table> open(const std::filesystem::p
           {"sample_rate_Hz", "1000"},
           {"stiffness_N_per_m", std::to_string(options.stiffness_N_per_m)},
           {"damping_N_s_per_m", std::to_string(options.damping_N_s_per_m)},
+          runtime::started_now(),
           {"software", runtime::build_version()}},
       runtime::columns_of(HoldRecord{}))});
   made.add(path);

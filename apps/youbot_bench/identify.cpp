@@ -360,7 +360,7 @@ Subcommand add_identify(CLI::App& app) {
   command->add_option("--presliding", options->presliding,
                       "recording below break-away: stiffness and damping; with --map and the inertia");
   command->add_option("--joint", options->joint,
-                      "joint of an MCAP file that another program wrote, if it has several");
+                      "joint of an MCAP file with several, such as wheel_1 of base.mcap");
   command
       ->add_option("--law", options->law,
                    "fitted to a map: auto, which chooses the terms, or one of " + law_names() +

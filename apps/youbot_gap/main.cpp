@@ -23,7 +23,7 @@ int main(int argc, char** argv) {
   app.add_option("--held-out", options.inputs.held_out,
                  "recordings that only judge; without them parts of --data are set aside");
   app.add_option("--joint", options.inputs.joint,
-                 "joint of an MCAP file that another program wrote, if it has several");
+                 "joint of an MCAP file with several, such as wheel_1 of base.mcap");
   app.add_option("--out", options.out, "directory for model.toml, report.html and gap.json")->required();
   app.add_option("--seed", options.seed, "of the random numbers: the same seed gives the same answer")
       ->check(runtime::finite_range(0, 1e15))

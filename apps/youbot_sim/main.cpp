@@ -146,9 +146,10 @@ int main(int argc, char** argv) {
                  "TOML file whose [scene] lists the objects that the end effector can touch, as in youbotd's "
                  "configuration")
       ->check(CLI::ExistingFile);
-  app.add_option("--record", arguments.record_file,
-                 "CSV file, a row for each emulated millisecond: true motion, values reported to the master "
-                 "and commands followed; FILE_FORMATS.md lists the columns");
+  app.add_option(
+      "--record", arguments.record_file,
+      "file, .csv or .mcap, a row for each emulated millisecond: true motion, values reported to the master "
+      "and commands followed; FILE_FORMATS.md lists the columns");
   app.add_option("--model", arguments.model_file,
                  "drive model file that the wheels follow; none: the measured curves");
   app.add_option("--hidden-effect", arguments.hidden_effect,

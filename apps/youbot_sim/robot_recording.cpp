@@ -8,6 +8,7 @@
 #include "hal/gripper.h"
 #include "runtime/program/build_info.h"
 #include "runtime/recording/record_rows.h"
+#include "runtime/recording/started.h"
 
 namespace youbot_sim {
 namespace {
@@ -67,7 +68,8 @@ std::vector<runtime::Recording<RobotRecord>::Table> open(const std::filesystem::
           {"rig", "youbot-sim"},
           {"sample_rate_Hz", "1000"},
           {"mode", "-1 no power, 0 stopped, 1 position, 2 velocity, 5 PWM (target not given), 6 current"},
-          {"made_by", runtime::build_version()}},
+          runtime::started_now(),
+          {"software", runtime::build_version()}},
       runtime::columns_of(RobotRow{{}, joints, robot, coupled}));
   made.add(path);
   std::vector<runtime::Recording<RobotRecord>::Table> tables;

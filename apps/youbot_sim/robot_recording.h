@@ -34,8 +34,9 @@ struct RobotRecord {
 };
 static_assert(std::is_trivially_copyable_v<RobotRecord>);
 
-/// One file in the recording format, a row at the end of each millisecond of emulated time. In lock-step row
-/// n, from 0, is the result of frame n. Columns: time_s; for each joint, wheel_1 … arm_5, *_mode, *_target,
+/// One file, MCAP if its name ends in .mcap and otherwise CSV, a row at the end of each millisecond of
+/// emulated time. In lock-step row n, from 0, is the result of frame n. Columns: time_s; for each joint,
+/// wheel_1 … arm_5, *_mode, *_target,
 /// *_position_rad and *_encoder_rad; base_*; true_tip_*; contact_force_*; gripper_opening_m.
 class RobotRecording {
  public:

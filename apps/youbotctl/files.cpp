@@ -13,8 +13,9 @@
 
 namespace youbotctl {
 
-int convert(const std::filesystem::path& in, const std::filesystem::path& out, bool quiet) {
-  const runtime::mcap::Converted converted = runtime::mcap::convert(in, out);
+int convert(const std::filesystem::path& in, const std::filesystem::path& out, const std::string& joint,
+            bool quiet) {
+  const runtime::mcap::Converted converted = runtime::mcap::convert(in, out, joint);
   for (const std::string& warning : converted.warnings) spdlog::warn("{}", warning);
   if (!quiet)
     std::printf("%s: %llu rows, %.1f MB, %.0f %% of %s\n", out.c_str(),

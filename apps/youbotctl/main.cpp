@@ -45,6 +45,7 @@ struct Arguments {
   std::string out;
   std::vector<std::filesystem::path> paths;
   youbotctl::LerobotOptions lerobot;
+  std::string joint;
 };
 
 std::string text(const json& status, const char* key) {
@@ -280,12 +281,14 @@ int main(int argc, char** argv) {
     CLI::App* sub = command(name, what, std::move(body));
     sub->add_option("in", arguments.in, "file to read")->required();
     sub->add_option("out", arguments.out, "file to create; an existing one is not replaced")->required();
+    return sub;
   };
   file_command(
       "convert",
       "a recording from CSV to MCAP, or from MCAP to CSV, by the extensions .csv and .mcap. Needs no "
       "youbotd",
-      [&] { return youbotctl::convert(arguments.in, arguments.out, arguments.quiet); });
+      [&] { return youbotctl::convert(arguments.in, arguments.out, arguments.joint, arguments.quiet); })
+      ->add_option("--joint", arguments.joint, "of an MCAP file, one joint alone, such as wheel_1");
   file_command(
       "recover",
       "write what can be read of a torn MCAP file into a complete one, and say how much was lost. Needs "

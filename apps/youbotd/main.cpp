@@ -35,6 +35,7 @@ struct Arguments {
   std::string haptic;
   std::optional<double> duration_s;
   std::string record_directory;
+  std::optional<std::string> record_csv;
   std::string control_socket;
   std::optional<std::string> page;
   youbotd::RunPage* shown = nullptr;  // the page of this run
@@ -162,6 +163,7 @@ int serve(const Arguments& arguments) {
         "--demo or --duration");
   youbotd::serve({.service = {.config_file = arguments.session.config_file,
                               .record_directory = arguments.session.record_directory,
+                              .record_format = arguments.session.record_format,
                               .configuration =
                                   [&arguments](const std::map<std::string, std::string>& settings) {
                                     return configuration(arguments, settings);
@@ -196,11 +198,23 @@ bool is_all_simulated(const operation::Config& config) {
          (!config.teleoperated || runtime::is_simulated_haptic(config.haptic.name));
 }
 
+/// --record-csv has its own directory or chooses the format of --record.
+void choose_recording(Arguments& arguments) {
+  std::string directory = arguments.record_directory;
+  if (arguments.record_csv) {
+    arguments.session.record_format = runtime::RecordingFormat::kCsv;
+    if (directory.empty() == arguments.record_csv->empty())
+      throw std::invalid_argument("--record-csv: name one directory, behind it or behind --record");
+    if (directory.empty()) directory = *arguments.record_csv;
+  }
+  if (!directory.empty()) arguments.session.record_directory = directory;
+}
+
 int run(Arguments arguments) {
   const operation::Config config = configuration(arguments);
   if (arguments.duration_s)
     arguments.session.duration = std::chrono::nanoseconds(std::llround(*arguments.duration_s * 1e9));
-  if (!arguments.record_directory.empty()) arguments.session.record_directory = arguments.record_directory;
+  choose_recording(arguments);
   if (arguments.check) return run_check(arguments, config);
   if (arguments.page && arguments.session.virtual_time)
     throw std::invalid_argument("--page shows real time: not with --virtual-time");
@@ -250,8 +264,13 @@ int main(int argc, char** argv) {
       ->check(not_empty);
   app.add_option("--duration", arguments.duration_s, "come to rest after this many seconds of robot time")
       ->check(runtime::finite_range(0.001, 1e6));
-  app.add_option("--record", arguments.record_directory, "directory for recordings, made if missing")
+  app.add_option("--record", arguments.record_directory,
+                 "directory for recordings as MCAP, made if missing: for Foxglove, PlotJuggler, Rerun, "
+                 "youbot-gap; youbotctl converts them to CSV")
       ->check(not_empty);
+  app.add_option("--record-csv", arguments.record_csv,
+                 "the same as CSV, in a directory named here or by --record")
+      ->expected(0, 1);
   app.add_option("--control", arguments.control_socket,
                  "serve: keep the drives off until `youbotctl` enables them over this Unix socket, and after "
                  "a fault until it is acknowledged and enabled again")

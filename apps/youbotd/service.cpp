@@ -357,6 +357,7 @@ void Service::open_master_again() {
 
 operation::RunOptions Service::next_run() const {
   operation::RunOptions run{.config_file = options_.config_file,
+                            .record_format = options_.record_format,
                             .experiment = mode_,
                             .virtual_time = !clock_.is_real(),
                             .live = options_.live};

@@ -36,6 +36,7 @@ struct ServiceOptions {
   std::filesystem::path config_file;
   /// Each run records into a new directory run-1, run-2, … in it.
   std::optional<std::filesystem::path> record_directory{};
+  runtime::RecordingFormat record_format{};
   /// The configuration with these settings applied, as made by `youbotctl set`.
   std::function<operation::Config(const std::map<std::string, std::string>& settings)> configuration;
   operation::LiveFeed* live = nullptr;  ///< of the page; null: none

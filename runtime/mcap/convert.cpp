@@ -63,11 +63,12 @@ std::uint64_t csv_to_mcap(const fs::path& in, const fs::path& out, std::vector<s
   return rows;
 }
 
-std::uint64_t mcap_to_csv(const fs::path& in, const fs::path& out, std::vector<std::string>& warnings) {
+std::uint64_t mcap_to_csv(const fs::path& in, const fs::path& out, const std::string& joint,
+                          std::vector<std::string>& warnings) {
   std::unique_ptr<RecordingFile> file;
   std::uint64_t rows = 0;
   try {
-    read_mcap_rows([&in] { return read_file(in); }, in.string(), {.all = true},
+    read_mcap_rows([&in] { return read_file(in); }, in.string(), {.joint = joint, .all = true},
                    {.head =
                         [&](const RecordingHead& head) {
                           try {
@@ -97,18 +98,20 @@ std::uint64_t mcap_to_csv(const fs::path& in, const fs::path& out, std::vector<s
 
 }  // namespace
 
-Converted convert(const fs::path& in, const fs::path& out) {
+Converted convert(const fs::path& in, const fs::path& out, const std::string& joint) {
   const std::string from = in.extension();
   const std::string to = out.extension();
   if (!(from == ".csv" && to == ".mcap") && !(from == ".mcap" && to == ".csv"))
     throw std::invalid_argument("convert: expected a .csv and a .mcap file, not '" + from + "' and '" + to +
                                 "'");
+  if (!joint.empty() && from != ".mcap")
+    throw std::invalid_argument("--joint: a joint is chosen from an .mcap file, not from '" + from + "'");
   require_absent(out);
   fs::path part = out;
   part += ".part";
   Converted result;
   result.rows =
-      to == ".mcap" ? csv_to_mcap(in, part, result.warnings) : mcap_to_csv(in, part, result.warnings);
+      to == ".mcap" ? csv_to_mcap(in, part, result.warnings) : mcap_to_csv(in, part, joint, result.warnings);
   publish(part, out);
   result.bytes_in = size_of(in);
   result.bytes_out = size_of(out);

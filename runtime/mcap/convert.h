@@ -20,6 +20,8 @@ struct Converted {
 /// do not come back. `out` appears when it is complete: until then it is `out`.part.
 /// @throws std::invalid_argument for other extensions; ConfigError if `in` is no recording; hal::SetupError
 /// if `out` exists or cannot be written.
-Converted convert(const std::filesystem::path& in, const std::filesystem::path& out);
+/// `joint`: of an MCAP file, this one alone; empty: everything.
+Converted convert(const std::filesystem::path& in, const std::filesystem::path& out,
+                  const std::string& joint = {});
 
 }  // namespace runtime::mcap

@@ -26,13 +26,17 @@ class FlightRecorder {
   }
   std::size_t size() const noexcept { return kept_; }
 
-  /// Oldest first, with the columns of the record. @throws hal::SetupError naming path and cause, also if the
-  /// file is incomplete.
-  void write(const std::filesystem::path& path, const std::string& rig, const std::string& reason) const {
-    RecordingFile file(
-        path,
-        {{"rig", rig}, {"experiment", "fault report"}, {"reason", reason}, {"software", build_version()}},
-        columns_of(Record{}));
+  /// Oldest first, with the columns of the record; `started`: of time zero. @throws hal::SetupError naming
+  /// path and cause, also if the file is incomplete.
+  void write(const std::filesystem::path& path, const std::string& rig, const RecordingFile::Comment& started,
+             const std::string& reason) const {
+    RecordingFile file(path,
+                       {{"rig", rig},
+                        {"experiment", "fault report"},
+                        {"reason", reason},
+                        started,
+                        {"software", build_version()}},
+                       columns_of(Record{}));
     const std::size_t oldest = (next_ + ring_.size() - kept_) % ring_.size();
     for (std::size_t i = 0; i < kept_; ++i) append_record(file, ring_[(oldest + i) % ring_.size()]);
     file.close();

@@ -12,21 +12,26 @@ namespace runtime {
 
 NewRecording::NewRecording(const std::filesystem::path& directory, const RecordingConfig& config,
                            std::vector<std::string>& problems)
-    : directory_(directory), made_(make_output_directory(directory)) {
+    : directory_(directory),
+      format_(config.format),
+      attachments_(config.models),
+      made_(make_output_directory(directory)) {
   try {
-    write_new(directory / "config.toml", read_regular_file(config.file, kMaxToml_bytes));
+    add("config.toml", read_regular_file(config.file, kMaxToml_bytes));
   } catch (const std::runtime_error& why) {
     problems.push_back("copy of " + config.file.string() + ": " + why.what());
   }
   if (config.settings.empty()) return;
   try {
-    write_new(directory / "settings.toml", config.settings);
+    add("settings.toml", config.settings);
   } catch (const std::runtime_error& why) {
     problems.push_back(std::string("settings.toml: ") + why.what());
   }
 }
 
-void NewRecording::write_new(const std::filesystem::path& path, const std::string& text) {
+void NewRecording::add(const std::string& name, const std::string& text) {
+  attachments_.push_back({name, text});
+  const std::filesystem::path path = directory_ / name;
   std::error_code error;
   if (std::filesystem::exists(path, error)) throw std::runtime_error("is there already");
   write_whole_file(path, text);
@@ -36,8 +41,10 @@ void NewRecording::write_new(const std::filesystem::path& path, const std::strin
 std::unique_ptr<RecordingFile> NewRecording::open(const std::string& name,
                                                   const std::vector<RecordingFile::Comment>& comments,
                                                   const std::vector<RecordingFile::Column>& columns) {
-  const std::filesystem::path path = directory_ / (name + ".csv");
-  auto file = std::make_unique<RecordingFile>(path, comments, columns);
+  const std::filesystem::path path =
+      directory_ / (name + (format_ == RecordingFormat::kMcap ? ".mcap" : ".csv"));
+  auto file = std::make_unique<RecordingFile>(path, comments, columns, RecordingFile::Existing::kRefuse,
+                                              attachments_);
   made_.add(path);
   return file;
 }

@@ -1,6 +1,7 @@
 /// @file
 /// Directory of a recorded run, with a copy of its configuration.
 #pragma once
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -11,10 +12,14 @@
 
 namespace runtime {
 
+enum class RecordingFormat : std::uint8_t { kMcap, kCsv };
+
 /// Configuration of a recording, stored with it.
 struct RecordingConfig {
   std::filesystem::path file;
   std::string settings = {};  ///< TOML that replaced entries of the file; empty: none
+  std::vector<RecordingFile::Attachment> models = {};  ///< that the configuration names
+  RecordingFormat format = RecordingFormat::kMcap;
 };
 
 /// The directory of a recording until its first row: if the start fails before that, because of a file that
@@ -26,24 +31,27 @@ struct RecordingConfig {
 class NewRecording {
  public:
   /// Creates the directory if it is missing, copies the configuration into it as `config.toml` and writes
-  /// settings, if any, to `settings.toml`; never overwrites. Write failures are added to `problems`.
+  /// settings, if any, to `settings.toml`; never overwrites. Failures are added to `problems`.
   /// @throws hal::SetupError if files cannot be created in the directory.
   NewRecording(const std::filesystem::path& directory, const RecordingConfig& config,
                std::vector<std::string>& problems);
   NewRecording(const NewRecording&) = delete;
   NewRecording& operator=(const NewRecording&) = delete;
 
-  /// `name`.csv; never overwrites. @throws hal::SetupError as RecordingFile, for example for a full disk.
+  /// `name`.mcap, with configuration, settings and models inside, or `name`.csv; never overwrites. @throws
+  /// hal::SetupError as RecordingFile, for example for a full disk.
   std::unique_ptr<RecordingFile> open(const std::string& name,
                                       const std::vector<RecordingFile::Comment>& comments,
                                       const std::vector<RecordingFile::Column>& columns);
   void keep() noexcept { made_.keep(); }
 
  private:
-  /// @throws std::runtime_error if it exists or cannot be written.
-  void write_new(const std::filesystem::path& path, const std::string& text);
+  /// Into the directory and the recordings. @throws std::runtime_error if it exists or cannot be written.
+  void add(const std::string& name, const std::string& text);
 
   std::filesystem::path directory_;
+  RecordingFormat format_;
+  std::vector<RecordingFile::Attachment> attachments_;
   MadePaths made_;
 };
 
