@@ -143,7 +143,8 @@ Inputs read_inputs(const InputPaths& paths,
       if (progress)
         progress(fmt::format("reading recording {} of {}", i + 1, files.size()),
                  std::numeric_limits<double>::quiet_NaN());
-      runtime::ReadRecording read = runtime::read_recording(files[i], {.joint = paths.joint});
+      runtime::ReadRecording read =
+          runtime::read_recording(files[i], {.joint = paths.joint, .one_drive = true});
       require_dense(read, files[i]);
       inputs.warnings.insert(inputs.warnings.end(), read.warnings.begin(), read.warnings.end());
       sources.push_back({names[i], std::move(read.recording), files[i].string()});

@@ -310,8 +310,8 @@ void identify(const IdentifyOptions& options) {
   std::vector<Rig> rigs;
   for (const auto& named : options.maps)
     for (const auto& path : maps_at(named)) {
-      identification::Recording map =
-          read(path, {.not_measured = runtime::NotMeasured::kTaken, .joint = options.joint});
+      identification::Recording map = read(
+          path, {.not_measured = runtime::NotMeasured::kTaken, .joint = options.joint, .one_drive = true});
       Rig& rig = rig_named(rigs, map.rig);
       rig.identified.model.evidence.push_back("sliding friction from " + path.filename().string());
       rig.maps.push_back(std::move(map));
@@ -319,7 +319,7 @@ void identify(const IdentifyOptions& options) {
   const auto read_beside = [&rigs, &options](const std::filesystem::path& path, const std::string& what) {
     std::optional<identification::Recording> recording;
     if (path.empty()) return recording;
-    recording = read(path, {.joint = options.joint});
+    recording = read(path, {.joint = options.joint, .one_drive = true});
     Rig& rig = rig_named(rigs, recording->rig);
     require_one_rig(rigs, path);
     rig.identified.model.evidence.push_back(what + " from " + path.filename().string());

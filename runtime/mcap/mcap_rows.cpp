@@ -128,6 +128,14 @@ Selection joint_of(const RecordingHead& head, const std::string& wanted, const s
   throw ConfigError({file + ": has no joint '" + wanted + "'; it has " + listed(names)});
 }
 
+/// @throws ConfigError if the recording is of several drives.
+void require_one_drive(const RecordingHead& head, const std::string& file) {
+  std::vector<std::string> names;
+  for (const JointColumns& joint : joints_of(head)) names.push_back(joint.joint);
+  if (names.size() > 1)
+    throw ConfigError({file + ": has the joints " + listed(names) + "; choose one of them (--joint)"});
+}
+
 class RecordRows : public Visitor {
  public:
   RecordRows(std::uint16_t channel, const RecordingHead& head, const Selection& selection,
@@ -260,6 +268,7 @@ void read_mcap_rows(const std::function<ReadBytes()>& open, const std::string& f
   };
   read(survey);
   if (survey.rows_channel) {
+    if (choice.one_drive && choice.joint.empty()) require_one_drive(survey.head, file);
     const Selection selection =
         choice.joint.empty() ? all_of(survey.head) : joint_of(survey.head, choice.joint, file);
     visitor.head(selection.head);

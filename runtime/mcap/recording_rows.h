@@ -22,7 +22,8 @@ struct RowVisitor {
 struct JointChoice {
   /// Empty: all columns of a recording of ours; the only joint in a file of others.
   std::string joint = {};
-  bool all = false;  ///< several joints of others have columns such as wheel_1_position_rad
+  bool all = false;        ///< several joints of others have columns such as wheel_1_position_rad
+  bool one_drive = false;  ///< a recording of ours with several joints needs a choice, too
 };
 
 /// The recording in an MCAP file: if this software wrote it, every column, or those of one joint; otherwise

@@ -96,10 +96,10 @@ class Reader {
       : lines_(std::move(lines)), name_(name), not_measured_(not_measured) {}
 
   /// The same checks of an MCAP file. Rows are counted in place of lines.
-  ReadRecording read_mcap(const std::function<mcap::ReadBytes()>& open, const std::string& joint) {
+  ReadRecording read_mcap(const std::function<mcap::ReadBytes()>& open, const ReadOptions& options) {
     titled_ = true;
     result_.first_row_line = 1;
-    mcap::read_mcap_rows(open, name_, {.joint = joint},
+    mcap::read_mcap_rows(open, name_, {.joint = options.joint, .one_drive = options.one_drive},
                          {.head = [this](const mcap::RecordingHead& head) { take_head(head); },
                           .row = [this](std::span<const double> row) { take_row(row); },
                           .warning = [this](const std::string& text) { add_warning(text); }});
@@ -425,7 +425,7 @@ ReadRecording parse_mcap_recording(std::string_view bytes, const std::string& na
                                    const ReadOptions& options) {
   try {
     return Reader(Lines(""), name, options.not_measured)
-        .read_mcap([bytes] { return mcap::read_from(bytes); }, options.joint);
+        .read_mcap([bytes] { return mcap::read_from(bytes); }, options);
   } catch (const RecordingError&) {
     throw;
   } catch (const ConfigError& error) {
@@ -451,7 +451,7 @@ ReadRecording read_recording(const std::filesystem::path& path, const ReadOption
   try {
     if (path.extension() == ".mcap")
       return Reader(Lines(""), path.string(), options.not_measured)
-          .read_mcap([&path] { return mcap::read_file(path); }, options.joint);
+          .read_mcap([&path] { return mcap::read_file(path); }, options);
     const RegularFile file(path);
     return Reader(Lines(file, kMaxRecordingBytes), path.string(), options.not_measured).read();
   } catch (const RecordingError&) {

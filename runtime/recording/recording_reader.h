@@ -62,6 +62,8 @@ struct ReadOptions {
   /// Of an MCAP file with several joints: the one to read, such as wheel_1. Empty: every column of a
   /// recording of ours, the only joint in a file of others.
   std::string joint = {};
+  /// A recording of ours with several joints needs a choice, too.
+  bool one_drive = false;
 };
 
 /// A file that ends in `.mcap` is read as MCAP: every column of ours, or a joint of the

@@ -39,7 +39,7 @@ struct FaultReport : testing::Test {
         [](const fs::path& path) {
           FlightRecorder<Record> recorder(2);
           recorder.add({.time_s = 0.5});
-          recorder.write(path, "base", "a test");
+          recorder.write(path, "base", {"started", "2026-11-26T22:03:08Z"}, "a test");
         },
         &frames, "a test", problems);
   }
@@ -108,7 +108,8 @@ TEST_F(FaultReport, IsNeverWrittenThroughALinkOrOverAFile) {
   fs::create_symlink(victim, directory / "report.csv");
   const FlightRecorder<Record> recorder(2);
   for (const fs::path& path : {directory / "report.csv", victim})
-    EXPECT_THROW(recorder.write(path, "base", "a test"), hal::SetupError);
+    EXPECT_THROW(recorder.write(path, "base", {"started", "2026-11-26T22:03:08Z"}, "a test"),
+                 hal::SetupError);
   EXPECT_EQ(fs::file_size(victim), 8U);
 }
 

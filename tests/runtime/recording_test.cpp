@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 #include <sched.h>
 #include <signal.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -30,6 +29,7 @@
 #include "runtime/recording/recorder.h"
 #include "runtime/recording/recording_file.h"
 #include "runtime/spsc_ring.h"
+#include "tests/support/file_size_limit.h"
 #include "tests/support/no_alloc_guard.h"
 #include "tests/support/temporary_directory.h"
 
@@ -38,6 +38,7 @@ namespace recording_test {
 using runtime::Recorder;
 using runtime::RecordingFile;
 using runtime::SpscRing;
+using support::FileSizeLimit;
 
 /// Two words that must agree, so that a slot read while it is being written shows.
 struct Numbered {
@@ -202,30 +203,6 @@ ReadBack read_back(const std::filesystem::path& path) {
   }
   return recording;
 }
-
-/// Until the end of the scope no file of this process grows past `bytes`: write() then stops short and
-/// fails as it does on a full disk, with EFBIG in place of ENOSPC.
-class FileSizeLimit {
- public:
-  explicit FileSizeLimit(std::uintmax_t bytes, void (*on_signal)(int) = SIG_IGN) {
-    struct sigaction action {};
-    action.sa_handler = on_signal;
-    sigaction(SIGXFSZ, &action, &action_before_);
-    getrlimit(RLIMIT_FSIZE, &limit_before_);
-    const rlimit limit{.rlim_cur = bytes, .rlim_max = limit_before_.rlim_max};
-    if (setrlimit(RLIMIT_FSIZE, &limit) != 0) throw std::runtime_error("setrlimit refused");
-  }
-  FileSizeLimit(const FileSizeLimit&) = delete;
-  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
-  ~FileSizeLimit() {
-    setrlimit(RLIMIT_FSIZE, &limit_before_);
-    sigaction(SIGXFSZ, &action_before_, nullptr);
-  }
-
- private:
-  struct sigaction action_before_ {};
-  rlimit limit_before_{};
-};
 
 testing::AssertionResult contains(const std::string& text, std::string_view part) {
   if (text.find(part) != std::string::npos) return testing::AssertionSuccess();

@@ -1,6 +1,11 @@
 // Recordings as MCAP: there and back, and files of other writers.
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -19,10 +24,12 @@
 #include "runtime/mcap/mcap_reader.h"
 #include "runtime/mcap/recording_rows.h"
 #include "runtime/mcap/recording_writer.h"
+#include "runtime/mcap/recover.h"
 #include "runtime/mcap/ros_messages.h"
 #include "runtime/recording/recording_file.h"
 #include "runtime/recording/recording_reader.h"
 #include "tests/support/built_paths.h"
+#include "tests/support/file_size_limit.h"
 #include "tests/support/temporary_directory.h"
 
 namespace mcap_recording_test {
@@ -46,18 +53,18 @@ struct Contents : Visitor {
   std::string profile;
   StringMap recording;
   std::uint16_t joint_channel = 0;
+  std::uint16_t record_channel = 0;
 
   explicit Contents(const std::filesystem::path& path) { read_mcap(read_file(path), path.string(), *this); }
   void header(std::string_view text, std::string_view) override { profile = text; }
   void channel(const Channel& channel) override {
     topics.emplace_back(channel.topic);
     if (channel.topic == "/joint_states") joint_channel = channel.id;
+    if (channel.topic == "/record") record_channel = channel.id;
   }
   void message(const Message& message) override {
-    if (message.channel == joint_channel)
-      joint_states.push_back(read_joint_state(message.data));
-    else
-      times_ns.push_back(message.log_time_ns);
+    if (message.channel == joint_channel) joint_states.push_back(read_joint_state(message.data));
+    if (message.channel == record_channel) times_ns.push_back(message.log_time_ns);
   }
   void metadata(std::string_view, const StringMap& map) override { recording = map; }
   bool wants_attachments() const override { return true; }
@@ -170,7 +177,10 @@ TEST_F(Conversion, AByteOrderMarkIsNoPartOfAName) {
 TEST(RecordingStart, IsUtcOrUnknown) {
   const auto start = [](const char* text) { return RecordingHead{{{"started", text}}, {}}.start_ns(); };
   EXPECT_EQ(start("2026-11-26T22:03:08Z"), 1'795'730'588'000'000'000U);
+  EXPECT_EQ(start("2026-11-26T22:03:08.25Z"), 1'795'730'588'250'000'000U);
+  EXPECT_EQ(start("2026-11-26T22:03:08.1234567891Z"), 1'795'730'588'123'456'789U);
   EXPECT_EQ(start("2026-11-26T22:03:08+01:00"), 0U) << "not UTC";
+  EXPECT_EQ(start("2026-11-26T22:03:08.25"), 0U) << "not UTC";
   EXPECT_EQ(start("2026-11-26T22:03:08Z or so"), 0U);
   EXPECT_EQ(start("2700-01-01T00:00:00Z"), 0U) << "does not fit";
   EXPECT_EQ(start(""), 0U);
@@ -181,12 +191,12 @@ TEST_F(Conversion, HasTopicsTimesMetadataAndConfiguration) {
   convert(csv(kBase), folder / "a.mcap");
   const Contents contents(folder / "a.mcap");
   EXPECT_EQ(contents.profile, "ros2");
-  EXPECT_EQ(contents.topics, (std::vector<std::string>{"/record", "/joint_states"}));
+  EXPECT_EQ(contents.topics, (std::vector<std::string>{"/rows", "/record", "/joint_states"}));
   EXPECT_EQ(contents.attachments, std::vector<std::string>{"config.toml: a = 1\n"});
   EXPECT_EQ(contents.recording.at("rig"), "base");
   constexpr std::uint64_t kStart = 1'795'730'588'000'000'000;  // date --date 2026-11-26T22:03:08Z +%s
-  EXPECT_EQ(contents.times_ns, (std::vector<std::uint64_t>{kStart, kStart + 1'000'000, kStart + 9'000'000,
-                                                           kStart + 11'500'000}));
+  EXPECT_EQ(contents.times_ns, (std::vector<std::uint64_t>{kStart, kStart + 11'500'000}))
+      << "at most one in 10 ms";
   ASSERT_EQ(contents.joint_states.size(), 2U) << "at most one in 10 ms";
   EXPECT_EQ(contents.joint_states[1].name, std::vector<std::string>{"wheel_1"});
   EXPECT_EQ(contents.joint_states[1].stamp.sec, 1'795'730'588);
@@ -223,16 +233,40 @@ TEST(Decimals, TheStoredDoubleStandsForTheSameNumberAndHasFewBits) {
       const double value = count / std::pow(10.0, decimals);
       const double stored = rounded_to_binary(value, decimals);
       EXPECT_LT(std::abs(stored - value), 0.5 * unit);
-      EXPECT_EQ(rounded_to_decimal(stored, decimals), value) << decimals << " " << count;
+      EXPECT_EQ(in_half_units(stored, decimals), in_half_units(value, decimals)) << decimals << " " << count;
       const double steps = stored * std::exp2(std::ceil(std::log2(1 / unit)) + 1);
       EXPECT_EQ(steps, std::nearbyint(steps)) << "a multiple of a power of two near the last decimal";
     }
   }
   EXPECT_TRUE(std::isnan(rounded_to_binary(std::nan(""), 3)));
-  EXPECT_TRUE(std::isnan(rounded_to_decimal(std::nan(""), 3)));
-  EXPECT_TRUE(std::signbit(rounded_to_decimal(rounded_to_binary(-0.0, 3), 3)));
+  EXPECT_TRUE(std::signbit(rounded_to_binary(-0.0, 3)));
   const double infinity = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(rounded_to_decimal(rounded_to_binary(infinity, 3), 3), infinity);
+  EXPECT_EQ(rounded_to_binary(infinity, 3), infinity);
+}
+
+// The text of the number, with that many decimals, is the judge.
+TEST(Decimals, HalfUnitsAreTheNumberThatTheTextHas) {
+  EXPECT_EQ(in_half_units(0.123457, 6), 246914);
+  EXPECT_EQ(in_half_units(-1.5, 0), -4) << "printf rounds this half to even";
+  EXPECT_EQ(in_half_units(-0.0000001, 6), -1) << "the text is -0.000000";
+  EXPECT_EQ(in_half_units(0.0, 6), 0);
+  EXPECT_FALSE(in_half_units(std::nan(""), 6));
+  EXPECT_FALSE(in_half_units(std::numeric_limits<double>::infinity(), 6));
+  EXPECT_FALSE(in_half_units(1e12, 6)) << "too large to be certain of the last digit";
+  EXPECT_TRUE(std::signbit(from_half_units(-1, 6)));
+  EXPECT_EQ(from_half_units(246914, 6), 0.123457);
+  std::mt19937_64 random(2);
+  for (int i = 0; i < 20'000; ++i) {
+    const int decimals = static_cast<int>(random() % 10);
+    double value = std::uniform_real_distribution<>(-1000, 1000)(random);
+    if (i % 3 == 0) value = std::nearbyint(value * 8) / 8;                                   // exact ties
+    if (i % 3 == 1) value = std::nextafter((std::floor(value * 1000) + 0.5) / 1000, value);  // and nearly
+    char text[64];
+    std::snprintf(text, sizeof text, "%.*f", decimals, value);
+    const auto half_units = in_half_units(value, decimals);
+    ASSERT_TRUE(half_units);
+    EXPECT_EQ(from_half_units(*half_units, decimals), std::strtod(text, nullptr)) << text;
+  }
 }
 
 TEST_F(Conversion, TheRecordingReaderGetsTheSameRecording) {
@@ -277,6 +311,151 @@ TEST_F(Conversion, OnlyOneOfTheSameRecordingInBothFormatsCounts) {
   std::filesystem::remove(in);
   EXPECT_TRUE(runtime::is_recording(folder / "in.mcap"));
   EXPECT_FALSE(runtime::is_recording(folder / "report.html"));
+}
+
+using runtime::RecordingFile;
+
+const std::vector<RecordingFile::Column> kWheels{{"time_s", 3},
+                                                 {"phase", 0},
+                                                 {"wheel_1_torque_measured_Nm", 6},
+                                                 {"wheel_1_position_rad", 7},
+                                                 {"wheel_1_reported_velocity_rad_per_s", 6},
+                                                 {"wheel_2_position_rad", 7}};
+std::array<double, 6> wheels(int i) { return {0.001 * i, 1, 0.125 * i, 0.5 * i, 7, -0.5 * i}; }
+
+struct RecordingAsMcap : testing::Test {
+  support::TemporaryDirectory folder;
+  std::filesystem::path path() const { return folder / "run.mcap"; }
+  std::vector<double> times_s() const {
+    const auto time = runtime::read_recording(path()).recording.column("time_s");
+    return {time.begin(), time.end()};
+  }
+};
+
+TEST_F(RecordingAsMcap, IsTheRecordingThatCsvIs) {
+  const std::vector<RecordingFile::Comment> comments{{"rig", "base"},
+                                                     {"started", "2026-11-26T22:03:08.250Z"}};
+  RecordingFile mcap(path(), comments, kWheels, RecordingFile::Existing::kRefuse, {{"config.toml", "a = 1"}});
+  RecordingFile csv(folder / "run.csv", comments, kWheels);
+  for (int i = 0; i < 2500; ++i) {
+    auto row = wheels(i);
+    if (i > 700 && i < 1300) row[2] = std::nan("");  // within blocks and in all of one
+    if (i == 1400) row[3] = std::numeric_limits<double>::infinity();
+    if (i == 1500) row[4] = 1e300;
+    if (i % 2 == 0) row[5] = -0.0;
+    mcap.append_row(row);
+    csv.append_row(row);
+  }
+  mcap.close();
+  csv.close();
+  EXPECT_EQ(mcap.rows_written(), 2500U);
+  EXPECT_EQ(mcap.error(), "");
+  convert(path(), folder / "again.csv");
+  EXPECT_EQ(text_of(folder / "again.csv"), text_of(folder / "run.csv"));
+  const Contents contents(path());
+  EXPECT_EQ(contents.attachments, std::vector<std::string>{"config.toml: a = 1"});
+  EXPECT_EQ(contents.times_ns.size(), 250U);
+  EXPECT_EQ(contents.times_ns[1], 1'795'730'588'260'000'000U);
+}
+
+TEST_F(RecordingAsMcap, AJointIsReadAloneByEitherSpelling) {
+  {
+    RecordingFile file(path(), {{"rig", "base"}}, kWheels);
+    for (int i = 0; i < 3; ++i) file.append_row(wheels(i));
+  }
+  for (const char* joint : {"wheel_1", "wheel-1"}) {
+    const auto recording = runtime::read_recording(path(), {.joint = joint}).recording;
+    EXPECT_EQ(recording.rig, "wheel-1");
+    ASSERT_EQ(recording.columns.size(), 3U) << "those of the recording contract";
+    EXPECT_EQ(recording.column("torque_measured_Nm")[2], 0.25);
+    EXPECT_EQ(recording.column("position_rad")[2], 1);
+  }
+  EXPECT_EQ(runtime::read_recording(path()).recording.columns.size(), kWheels.size());
+  expect_problem([&] { runtime::read_recording(path(), {.joint = "arm_1"}); },
+                 {"'arm_1'", "wheel_1, wheel_2"});
+  expect_problem([&] { runtime::read_recording(path(), {.one_drive = true}); },
+                 {"wheel_1, wheel_2", "--joint"});
+  convert(path(), folder / "w.csv", "wheel_2");
+  EXPECT_EQ(text_of(folder / "w.csv"),
+            "# youbot recording v1\n# rig: wheel-2\ntime_s,position_rad\n"
+            "0.000,-0.0000000\n0.001,-0.5000000\n0.002,-1.0000000\n");
+}
+
+/// The program is killed in the middle; what it flushed is there, to the last row.
+TEST_F(RecordingAsMcap, AKilledProgramLeavesWhatItFlushed) {
+  const pid_t child = fork();
+  if (child == 0) {
+    RecordingFile file(path(), {{"rig", "base"}}, kWheels);
+    for (int i = 0; i < 1230; ++i) {
+      file.append_row(wheels(i));
+      if (i % 50 == 49) file.flush();
+    }
+    raise(SIGKILL);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFSIGNALED(status));
+  const auto read = runtime::read_recording(path());
+  EXPECT_EQ(read.recording.rows(), 1200U);
+  const auto is_reported = [](const std::string& warning) {
+    return warning.find("run.mcap: byte ") != warning.npos &&
+           warning.find("youbotctl recover") != warning.npos;
+  };
+  EXPECT_TRUE(std::ranges::any_of(read.warnings, is_reported));
+  recover(path(), folder / "whole.mcap");
+  const auto whole = runtime::read_recording(folder / "whole.mcap");
+  EXPECT_EQ(whole.recording.rows(), 1200U);
+  EXPECT_TRUE(std::ranges::none_of(whole.warnings, is_reported));
+}
+
+/// A program reads the file of another one that still writes it.
+TEST_F(RecordingAsMcap, IsReadWhileItIsWritten) {
+  RecordingFile file(path(), {{"rig", "base"}}, kWheels);
+  for (int i = 0; i < 10; ++i) file.append_row(wheels(i));
+  file.flush();
+  file.append_row(wheels(10));
+  EXPECT_EQ(times_s().size(), 10U);
+  file.close();
+  EXPECT_EQ(times_s().size(), 11U);
+}
+
+TEST_F(RecordingAsMcap, GoesOnWithWholeChunksWhenTheDiskHasRoomAgain) {
+  RecordingFile file(path(), {{"rig", "base"}}, kWheels);
+  const auto flush_rows = [&](int from) {
+    for (int i = from; i < from + 50; ++i) file.append_row(wheels(i));
+    file.flush();
+  };
+  flush_rows(0);
+  {
+    // The next chunk reaches the disk in part.
+    const support::FileSizeLimit full(std::filesystem::file_size(path()) + 100);
+    flush_rows(50);
+  }
+  flush_rows(100);
+  file.close();
+  EXPECT_EQ(file.rows_written(), 100U);
+  EXPECT_EQ(file.rows_lost(), 50U);
+  EXPECT_NE(file.error().find("File too large"), std::string::npos) << file.error();
+  const std::vector<double> times = times_s();
+  ASSERT_EQ(times.size(), 100U);
+  EXPECT_EQ(times[49], 0.049);
+  EXPECT_EQ(times[50], 0.1);
+  // Index and statistics are those of the chunks that are there.
+  const Recovered whole = recover(path(), folder / "whole.mcap");
+  EXPECT_TRUE(whole.complete());
+  EXPECT_EQ(whole.messages, 2U + 10U + 10U) << "of rows, record and joint states";
+}
+
+TEST_F(RecordingAsMcap, ARowWithoutATimeIsCountedAsLost) {
+  RecordingFile file(path(), {{"rig", "base"}}, kWheels);
+  auto row = wheels(1);
+  row[0] = std::nan("");
+  file.append_row(row);
+  file.append_row(wheels(2));
+  file.close();
+  EXPECT_EQ(file.rows_written(), 1U);
+  EXPECT_EQ(file.rows_lost(), 1U);
+  EXPECT_THROW(RecordingFile(folder / "no_time.mcap", {}, {{"x", 1}}), std::invalid_argument);
 }
 
 /// Written by @mcap/core, without chunks and summary.
