@@ -9,7 +9,7 @@ namespace {
 
 std::unique_ptr<BaseRecording> make_recording(const Config& config, const RunOptions& options) {
   if (!options.record_directory) return nullptr;
-  check_record_directory(*options.record_directory);
+  check_record_directory(*options.record_directory, options.record_format);
   return std::make_unique<BaseRecording>(
       base_recording({.directory = *options.record_directory,
                       .config = recording_config(config, options),

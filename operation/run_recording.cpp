@@ -12,15 +12,16 @@ namespace operation {
 namespace {
 
 /// @throws hal::SetupError if the disk has no room for half a minute.
-void require_room(const std::filesystem::path& directory) {
+void require_room(const std::filesystem::path& directory, runtime::RecordingFormat format) {
+  const double needed_bytes = min_room_bytes(format);
   std::error_code unknown;
   const std::filesystem::space_info space =
       std::filesystem::space(runtime::existing_ancestor(directory), unknown);
-  if (unknown || static_cast<double>(space.available) >= kMinRoom_bytes) return;
+  if (unknown || static_cast<double>(space.available) >= needed_bytes) return;
   throw hal::SetupError(
       directory.string(),
       fmt::format("cannot be recorded to: its disk has {:.1f} MB left, and half a minute takes {:.0f}",
-                  1e-6 * static_cast<double>(space.available), 1e-6 * kMinRoom_bytes),
+                  1e-6 * static_cast<double>(space.available), 1e-6 * needed_bytes),
       "make room, or name another directory");
 }
 
@@ -35,12 +36,12 @@ bool holds_recording(const std::filesystem::path& directory) {
   return false;
 }
 
-void check_record_directory(const std::filesystem::path& directory) {
+void check_record_directory(const std::filesystem::path& directory, runtime::RecordingFormat format) {
   if (holds_recording(directory))
     throw std::invalid_argument("--record: " + directory.string() +
                                 " holds a recording already; name a new directory");
   runtime::try_output_directory(directory);
-  require_room(directory);
+  require_room(directory, format);
 }
 
 }  // namespace operation

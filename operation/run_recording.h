@@ -17,14 +17,19 @@
 
 namespace operation {
 
-/// Half a minute at 1 kHz: with less room a run is rejected.
-inline constexpr double kMinRoom_bytes = 24e6;
+/// A row of teleoperation as CSV has 750 bytes, the five rows of a base together 550. As MCAP, a row of
+/// teleoperation takes 90 bytes in simulation; noise of a robot adds to that.
+constexpr double bytes_per_cycle(runtime::RecordingFormat format) {
+  return format == runtime::RecordingFormat::kCsv ? 800 : 160;
+}
+/// For half a minute at 1 kHz: with less room a run is rejected.
+constexpr double min_room_bytes(runtime::RecordingFormat format) { return 30e3 * bytes_per_cycle(format); }
 
 /// Whether a recording into this directory would replace an earlier recording, or a user's configuration.
 bool holds_recording(const std::filesystem::path& directory);
 /// Leaves nothing there. @throws std::invalid_argument if a recording there would replace something,
 /// hal::SetupError if it cannot work.
-void check_record_directory(const std::filesystem::path& directory);
+void check_record_directory(const std::filesystem::path& directory, runtime::RecordingFormat format);
 
 /// Into a directory that is created if it is missing. A run that ends before its first cycle leaves nothing.
 /// A write failure never stops the robot: it is counted and reported at the end.

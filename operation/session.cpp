@@ -10,7 +10,7 @@
 namespace operation {
 
 Summary run_session(const Config& config, const SessionOptions& options, const std::atomic<bool>& stop) {
-  if (options.record_directory) check_record_directory(*options.record_directory);
+  if (options.record_directory) check_record_directory(*options.record_directory, options.record_format);
   if (options.virtual_time) runtime::check_virtual_time(config.robot.name);
 
   const std::unique_ptr<hal::Clock> clock = runtime::make_clock(options.virtual_time);

@@ -34,7 +34,7 @@ TeleopCycle::Config cycle_config(const Config& config, const hal::HapticInfo& ma
 std::unique_ptr<TeleopRecording> make_recording(const Config& config, const RunOptions& options,
                                                 bool simulated) {
   if (!options.record_directory) return nullptr;
-  check_record_directory(*options.record_directory);
+  check_record_directory(*options.record_directory, options.record_format);
   return std::make_unique<TeleopRecording>(teleop_recording({.directory = *options.record_directory,
                                                              .config = recording_config(config, options),
                                                              .period = config.cycle.period,

@@ -25,7 +25,7 @@ void require_simulation(const Config& config, const TeleopOptions& options) {
 
 TeleopSummary run_teleop_session(const Config& config, const TeleopOptions& options,
                                  const std::atomic<bool>& stop) {
-  if (options.record_directory) check_record_directory(*options.record_directory);
+  if (options.record_directory) check_record_directory(*options.record_directory, options.record_format);
   const nanoseconds period = config.cycle.period;
   const std::unique_ptr<hal::Clock> clock = runtime::make_clock(options.virtual_time);
   const runtime::OpenedRobot robot = runtime::open_robot(config.robot, *clock, period);

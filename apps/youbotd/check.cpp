@@ -86,7 +86,7 @@ Findings check(const operation::Config& config, const CheckOptions& options) {
   if (options.record_directory)
     findings.push_back(check_recording(*options.record_directory,
                                        operation::holds_recording(*options.record_directory),
-                                       config.cycle.period));
+                                       config.cycle.period, options.record_format));
   return findings;
 }
 

@@ -15,6 +15,7 @@ namespace youbotd {
 
 struct CheckOptions {
   std::optional<std::filesystem::path> record_directory{};
+  runtime::RecordingFormat record_format{};
   bool virtual_time = false;
   bool allow_non_real_time = false;
   drivers::usb::SystemPaths paths{};

@@ -10,6 +10,7 @@
 
 #include "drivers/usb/system_paths.h"
 #include "runtime/open_haptic.h"
+#include "runtime/recording/recording_directory.h"
 
 namespace youbotd {
 
@@ -78,10 +79,10 @@ Findings check_master(const runtime::HapticOptions& options, const drivers::usb:
 /// Writes a file in `directory`, or where it would be created, and removes it again. `holds_recording`: there
 /// is an earlier recording, which is never replaced.
 Finding check_recording(const std::filesystem::path& directory, bool holds_recording,
-                        std::chrono::nanoseconds period);
+                        std::chrono::nanoseconds period, runtime::RecordingFormat format);
 
 /// For a disk with this many free bytes.
-Finding check_room(const std::filesystem::path& directory, double free_bytes,
-                   std::chrono::nanoseconds period);
+Finding check_room(const std::filesystem::path& directory, double free_bytes, std::chrono::nanoseconds period,
+                   runtime::RecordingFormat format);
 
 }  // namespace youbotd

@@ -14,24 +14,26 @@ namespace {
 namespace fs = std::filesystem;
 using Mark = Finding::Mark;
 
-/// A row of teleoperation has 750 bytes, the five rows of a base together 550.
-constexpr double kBytesPerCycle = 800;
 constexpr double kEnough_h = 1;
 
 }  // namespace
 
-Finding check_room(const fs::path& directory, double free_bytes, std::chrono::nanoseconds period) {
-  const double bytes_per_h = kBytesPerCycle * (std::chrono::duration<double>(std::chrono::hours(1)) / period);
+Finding check_room(const fs::path& directory, double free_bytes, std::chrono::nanoseconds period,
+                   runtime::RecordingFormat format) {
+  const double bytes_per_h =
+      operation::bytes_per_cycle(format) * (std::chrono::duration<double>(std::chrono::hours(1)) / period);
   const double hours = free_bytes / bytes_per_h;
   const std::string found = fmt::format("recording: {} can be written, room for {:.1f} h at {:.1f} GB/h",
                                         directory.string(), hours, bytes_per_h * 1e-9);
   const std::string hint = "df -h " + directory.string() + "; name another directory, or make room";
-  if (free_bytes < operation::kMinRoom_bytes) return {Mark::kFail, found + "; a run would be refused", hint};
+  if (free_bytes < operation::min_room_bytes(format))
+    return {Mark::kFail, found + "; a run would be refused", hint};
   if (hours >= kEnough_h) return {Mark::kOk, found};
   return {Mark::kWarn, found + "; a full disk ends the recording, not the run", hint};
 }
 
-Finding check_recording(const fs::path& directory, bool holds_recording, std::chrono::nanoseconds period) {
+Finding check_recording(const fs::path& directory, bool holds_recording, std::chrono::nanoseconds period,
+                        runtime::RecordingFormat format) {
   if (holds_recording)
     return {Mark::kFail, "recording: " + directory.string() + " holds one already",
             "name a new directory as --record"};
@@ -44,7 +46,7 @@ Finding check_recording(const fs::path& directory, bool holds_recording, std::ch
   if (unknown)
     return {Mark::kWarn, "recording: " + parent.string() + ": " + unknown.message(),
             "df -h " + parent.string()};
-  return check_room(directory, static_cast<double>(space.available), period);
+  return check_room(directory, static_cast<double>(space.available), period, format);
 }
 
 }  // namespace youbotd

@@ -107,7 +107,8 @@ int run_demo(const Arguments& arguments, operation::Config config) {
     return directory;
   };
   for (const bool compensate : {false, true})
-    if (const auto directory = recording_of(compensate)) operation::check_record_directory(*directory);
+    if (const auto directory = recording_of(compensate))
+      operation::check_record_directory(*directory, arguments.session.record_format);
 
   // Without compensation it falls behind, and the comparison shows how far: a simulation may continue. A
   // robot stops, which is a result, too.
@@ -177,6 +178,7 @@ int serve(const Arguments& arguments) {
 
 youbotd::Findings check(const Arguments& arguments, const operation::Config& config) {
   return youbotd::check(config, {.record_directory = arguments.session.record_directory,
+                                 .record_format = arguments.session.record_format,
                                  .virtual_time = arguments.session.virtual_time,
                                  .allow_non_real_time = arguments.session.allow_non_real_time});
 }

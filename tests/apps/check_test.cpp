@@ -176,22 +176,27 @@ TEST(CheckMaster, OneThatIsNotThereFailsWithWhatToLookAt) {
 
 TEST(CheckRecording, LooksWhereItWouldBeMadeAndLeavesNothing) {
   const support::TemporaryDirectory folder;
-  EXPECT_NE(check_recording(folder / "runs/today", false, 1ms).mark, Mark::kFail);
+  EXPECT_NE(check_recording(folder / "runs/today", false, 1ms, {}).mark, Mark::kFail);
   EXPECT_TRUE(fs::is_empty(folder.path()));
-  EXPECT_EQ(check_recording(folder.path(), true, 1ms).mark, Mark::kFail);
+  EXPECT_EQ(check_recording(folder.path(), true, 1ms, {}).mark, Mark::kFail);
   const fs::path file = folder.write("file", "");
-  const Finding below_a_file = check_recording(file / "run", false, 1ms);
+  const Finding below_a_file = check_recording(file / "run", false, 1ms, {});
   EXPECT_EQ(below_a_file.mark, Mark::kFail);
   EXPECT_TRUE(says(below_a_file.found, "Not a directory")) << below_a_file.found;
   EXPECT_TRUE(says(below_a_file.remedy, "install -d")) << below_a_file.remedy;
 }
 
 TEST(CheckRecording, RoomIsCountedInHours) {
-  EXPECT_EQ(check_room("/runs", 29e9, 1ms).mark, Mark::kOk);
-  EXPECT_TRUE(says(check_room("/runs", 28.8e9, 1ms).found, "room for 10.0 h at 2.9 GB/h"));
-  EXPECT_EQ(check_room("/runs", 2e9, 1ms).mark, Mark::kWarn);
-  EXPECT_EQ(check_room("/runs", 23e6, 1ms).mark, Mark::kFail) << "no room for half a minute";
-  EXPECT_EQ(check_room("/runs", 2e9, 10ms).mark, Mark::kOk) << "a slower loop writes less";
+  constexpr auto kCsv = runtime::RecordingFormat::kCsv;
+  constexpr auto kMcap = runtime::RecordingFormat::kMcap;
+  EXPECT_TRUE(says(check_room("/runs", 28.8e9, 1ms, kMcap).found, "room for 50.0 h at 0.6 GB/h"));
+  EXPECT_EQ(check_room("/runs", 2e9, 1ms, kMcap).mark, Mark::kOk);
+  EXPECT_EQ(check_room("/runs", 4.7e6, 1ms, kMcap).mark, Mark::kFail) << "no room for half a minute";
+  EXPECT_EQ(check_room("/runs", 29e9, 1ms, kCsv).mark, Mark::kOk);
+  EXPECT_TRUE(says(check_room("/runs", 28.8e9, 1ms, kCsv).found, "room for 10.0 h at 2.9 GB/h"));
+  EXPECT_EQ(check_room("/runs", 2e9, 1ms, kCsv).mark, Mark::kWarn);
+  EXPECT_EQ(check_room("/runs", 23e6, 1ms, kCsv).mark, Mark::kFail) << "no room for half a minute";
+  EXPECT_EQ(check_room("/runs", 2e9, 10ms, kCsv).mark, Mark::kOk) << "a slower loop writes less";
 }
 
 TEST(CheckReport, AProblemIsFollowedByWhatToDo) {

@@ -108,7 +108,7 @@ TEST(EthercatOverVeth, YoubotdDrivesTheEmulatedBaseOverARawSocket) {
   // Starved for longer than the drives' watchdog allows, youbotd stops with exit code 4, as it should: try
   // again.
   const std::string command = support::program("youbotd") + " --config " + config.string() +
-                              " --allow-non-rt --record " + (directory / "run").string();
+                              " --allow-non-rt --record-csv " + (directory / "run").string();
   int result = -1;
   for (int attempt = 0; attempt < 20 && result != 0; ++attempt) {
     fs::remove_all(directory / "run");
@@ -135,7 +135,7 @@ TEST(EthercatOverVeth, YoubotdDrivesTheEmulatedBaseOverARawSocket) {
 support::CommandResult compare(const fs::path& config, const fs::path& out) {
   return support::run_command(support::program("youbotd") +
                               " --robot ethercat:veth-c --virtual-time --demo --config " + config.string() +
-                              " --record " + out.string());
+                              " --record-csv " + out.string());
 }
 
 TEST(EthercatOverVeth, ADemoWhoseBaseStaysBehindWithoutCompensationStopsItAndGoesOnWithTheOtherRun) {

@@ -44,7 +44,7 @@ TEST(RobotRecordingOverVeth, IsWhatTheDaemonRecorded) {
     ASSERT_TRUE(simulator.ready());
     const support::CommandResult run = support::run_command(
         support::program("youbotd") + " --robot ethercat:veth-c --virtual-time --config " + config.string() +
-        " --record " + (folder / "run").string());
+        " --record-csv " + (folder / "run").string());
     ASSERT_EQ(run.exit_code, 0) << run.output;
     EXPECT_TRUE(run.said(" 0 lost")) << run.output;
   }  // which ends it, and its file

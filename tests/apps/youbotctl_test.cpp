@@ -95,7 +95,7 @@ TEST_F(Youbotctl, EnablesNothingThatCannotBeRecorded) {
   EXPECT_EQ(status()["phase"], "off");
   std::filesystem::remove(folder / "runs");
   EXPECT_EQ(tell({"enable"}).exit_code, 0) << "and once it can, it does";
-  EXPECT_TRUE(std::filesystem::exists(folder / "runs/run-1/base.csv"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "runs/run-1/base.mcap"));
 }
 
 /// Runs `words` with standard output and standard error into a full pipe that has no reader.
@@ -221,7 +221,7 @@ TEST_F(Youbotctl, DrivesThePathOnceItIsEnabledAndThenTheDrivesAreOff) {
     EXPECT_EQ(result.exit_code, 0) << result.output;
     EXPECT_TRUE(result.said("running")) << result.output;
     EXPECT_TRUE(result.said("off")) << result.output;
-    EXPECT_TRUE(std::filesystem::exists(folder / "runs" / run / "base.csv"));
+    EXPECT_TRUE(std::filesystem::exists(folder / "runs" / run / "base.mcap"));
     std::ifstream settings(folder / "runs" / run / "settings.toml");
     std::string line;
     EXPECT_TRUE(std::getline(settings, line) && line == "limits.force_N = 4") << line;

@@ -30,7 +30,7 @@ TEST(YoubotdCommand, HelpNamesTheExitCodesAndSucceeds) {
   const Result result = run({"--help"});
   EXPECT_EQ(result.exit_code, 0);
   for (const char* word :
-       {"--config", "--robot", "--record", "--virtual-time", "--allow-non-rt", "Exit codes"})
+       {"--config", "--robot", "--record", "--record-csv", "--virtual-time", "--allow-non-rt", "Exit codes"})
     EXPECT_NE(result.output.find(word), std::string::npos) << word;
 }
 

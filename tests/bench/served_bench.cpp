@@ -133,7 +133,7 @@ int run() {
   const std::filesystem::path config = folder.write(
       "base.toml", "[path]\nspeed_m_per_s = 0.2\nacceleration_m_per_s2 = 1.0\n[[path.leg]]\nforward_m = 1\n");
   support::Process youbotd({support::program("youbotd"), "--config", config, "--control", socket, "--page",
-                            "127.0.0.1:0", "--record", folder / "runs", "--allow-non-rt"});
+                            "127.0.0.1:0", "--record-csv", folder / "runs", "--allow-non-rt"});
   if (!youbotd.wait_for("waiting for commands")) throw std::runtime_error("youbotd did not start");
   {
     youbotctl::Client client(socket);

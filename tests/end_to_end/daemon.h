@@ -31,7 +31,7 @@ class Daemon {
                                          "--config",
                                          config,
                                          "--allow-non-rt",
-                                         "--record",
+                                         "--record-csv",
                                          folder / "runs"};
           words.insert(words.end(), more.begin(), more.end());
           return words;

@@ -149,6 +149,7 @@ void World::start_daemon() {
         youbotd::ServiceOptions{
             .config_file = config_file_,
             .record_directory = folder_ / "runs",
+            .record_format = runtime::RecordingFormat::kCsv,
             .configuration =
                 [this](const auto& settings) { return operation::load_config(config_file_, settings); }},
         config_, robot_, master_, *this);

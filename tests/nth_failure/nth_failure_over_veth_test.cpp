@@ -48,7 +48,7 @@ class NthFailureOverVeth : public testing::Test {
   }
   std::vector<std::string> daemon() const {
     return {support::program("youbotd"), "--config",       folder / "path.toml", "--robot",
-            "ethercat:veth-c",           "--virtual-time", "--record",           folder / "out"};
+            "ethercat:veth-c",           "--virtual-time", "--record-csv",       folder / "out"};
   }
   std::vector<std::string> simulator() const {
     return {

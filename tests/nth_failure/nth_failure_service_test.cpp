@@ -49,7 +49,7 @@ struct Service {
             "--control",
             folder / "s",
             "--allow-non-rt",
-            "--record",
+            "--record-csv",
             folder / "out"};
   }
   std::vector<std::string> ctl(std::vector<std::string> words) const {

@@ -112,13 +112,13 @@ const std::string kShortPath =
 
 TEST_F(NthFailure, YoubotdDrivesAPathAndRecordsIt) {
   survives_all({.words = {support::program("youbotd"), "--config", folder.write("path.toml", kShortPath),
-                          "--virtual-time", "--record", folder / "out"},
+                          "--virtual-time", "--record-csv", folder / "out"},
                 .varying = {"wake_up_us", "step_us"}});
 }
 
 TEST_F(NthFailure, YoubotdComparesTwoRuns) {
   survives_all({.words = {support::program("youbotd"), "--config", folder.write("path.toml", kShortPath),
-                          "--virtual-time", "--demo", "--record", folder / "out"},
+                          "--virtual-time", "--demo", "--record-csv", folder / "out"},
                 .varying = {"wake_up_us", "step_us"},
                 .refusal_leaves_nothing = false});  // the first run stays
 }
@@ -134,7 +134,7 @@ TEST_F(NthFailure, YoubotdIsStoppedByAFaultAndReportsIt) {
                      "wheel_speed_rad_per_s = 2.3\n[path]\nrest_s = 0.02\nturn_speed_rad_per_s = 0.01\n"
                      "acceleration_m_per_s2 = 0.2\n"
                      "[[path.leg]]\nforward_m = 1\n"),
-                 "--virtual-time", "--record", folder / "out"},
+                 "--virtual-time", "--record-csv", folder / "out"},
        .exit_code = 4,
        .varying = {"wake_up_us", "step_us"}});
 }
@@ -142,7 +142,7 @@ TEST_F(NthFailure, YoubotdIsStoppedByAFaultAndReportsIt) {
 TEST_F(NthFailure, YoubotdFollowsAHandAndRecordsIt) {
   survives_all(
       {.words = {support::program("youbotd"), "--config", support::source_dir() + "/apps/youbotd/teleop.toml",
-                 "--virtual-time", "--duration", "0.05", "--record", folder / "out"},
+                 "--virtual-time", "--duration", "0.05", "--record-csv", folder / "out"},
        .varying = {"wake_up_us", "step_us"}});
 }
 

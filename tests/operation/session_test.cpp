@@ -3,14 +3,22 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <fstream>
+#include <map>
 #include <sstream>
+#include <utility>
 
 #include "hal/setup_error.h"
 #include "operation/base_recording.h"
 #include "runtime/configuration/toml_reader.h"
+#include "runtime/mcap/mcap_file.h"
+#include "runtime/mcap/recording_head.h"
+#include "runtime/recording/recording_reader.h"
 #include "tests/support/built_paths.h"
+#include "tests/support/file_size_limit.h"
 #include "tests/support/temporary_directory.h"
 
 namespace operation {
@@ -26,6 +34,7 @@ class Session : public ::testing::Test {
   Session() {
     options.config_file = kDemo;
     options.virtual_time = true;
+    options.record_format = runtime::RecordingFormat::kCsv;
   }
 
   support::TemporaryDirectory directory;
@@ -77,7 +86,9 @@ TEST_F(Session, RunsWithTheSameSeedGiveEqualRecordings) {
     config.robot.simulation.noise_seed = seed;
     (void)run_session(config, options, stop);
     std::ifstream file(directory / name / "wheel-1.csv");
-    return std::string(std::istreambuf_iterator<char>(file), {});
+    std::string text(std::istreambuf_iterator<char>(file), {});
+    const std::size_t started = text.find("# started: ");
+    return text.erase(started, text.find('\n', started) + 1 - started);
   };
   const std::string first = recorded("first", 1);
   EXPECT_GT(first.size(), 100'000U);
@@ -108,6 +119,80 @@ TEST_F(Session, RecordsEveryCycleOfEveryWheelInTheContractsFormat) {
   EXPECT_GT(wheel[wheel.size() / 2][1], 0.02);
   EXPECT_TRUE(fs::exists(*options.record_directory / "config.toml"));
   EXPECT_EQ(rows(*options.record_directory / "base.csv", 37).size(), summary.loop.cycles);
+}
+
+TEST_F(Session, RecordsOneFileAsMcapWithEverythingThatTheTextFilesHave) {
+  options.duration = 4s;
+  options.record_directory = directory / "csv";
+  (void)run_session(config, options, stop);
+  options.record_format = {};
+  options.record_directory = directory / "mcap";
+  const Summary summary = run_session(config, options, stop);
+  EXPECT_EQ(summary.cycles_recorded, summary.loop.cycles);
+  EXPECT_TRUE(summary.recording_problems.empty());
+  EXPECT_FALSE(fs::exists(directory / "mcap/wheel-1.mcap"));
+  EXPECT_TRUE(fs::exists(directory / "mcap/config.toml"));
+  for (const auto& [name, joint] : {std::pair{"base", ""}, {"wheel-1", "wheel-1"}, {"wheel-4", "wheel_4"}}) {
+    const auto csv = runtime::read_recording(directory / "csv" / (std::string(name) + ".csv"),
+                                             runtime::NotMeasured::kTaken);
+    const auto mcap = runtime::read_recording(directory / "mcap/base.mcap",
+                                              {.not_measured = runtime::NotMeasured::kTaken, .joint = joint});
+    EXPECT_EQ(mcap.recording.rig, name);
+    EXPECT_EQ(mcap.recording.rows(), summary.loop.cycles);
+    ASSERT_EQ(mcap.recording.columns.size(), csv.recording.columns.size());
+    for (std::size_t i = 0; i < csv.recording.columns.size(); ++i) {
+      const auto& column = mcap.recording.columns[i];
+      EXPECT_EQ(column.name, csv.recording.columns[i].name);
+      const bool of_this_machine = column.name.ends_with("_us");  // how long a cycle took
+      EXPECT_TRUE(of_this_machine || column.values == csv.recording.columns[i].values) << column.name;
+    }
+  }
+}
+
+TEST_F(Session, TheStartIsInTheHeaderAlsoInVirtualTime) {
+  options.duration = 100ms;
+  options.record_directory = directory / "run";
+  const auto before = std::chrono::system_clock::now();
+  (void)run_session(config, options, stop);
+  const auto after = std::chrono::system_clock::now();
+  const auto recording = runtime::read_recording(directory / "run/wheel-1.csv").recording;
+  const auto started =
+      std::ranges::find(recording.comments, "started", &std::pair<std::string, std::string>::first);
+  ASSERT_NE(started, recording.comments.end());
+  const std::uint64_t start_ns = runtime::mcap::RecordingHead{{{"started", started->second}}, {}}.start_ns();
+  const std::chrono::system_clock::time_point start{std::chrono::nanoseconds(start_ns)};
+  EXPECT_GE(start, std::chrono::floor<std::chrono::milliseconds>(before));
+  EXPECT_LE(start, after);
+}
+
+TEST_F(Session, ModelsThatTheConfigurationNamesAreInTheRecording) {
+  const std::string model =
+      "format = \"youbot-drive-model/1\"\nname = \"w\"\ninertia_kg_m2 = 0.01\n[[effect]]\n"
+      "type = \"coulomb\"\ntorque_Nm = 0.04375\n";
+  directory.write("a.toml", model);
+  const fs::path file = directory.write(
+      "c.toml", "[compensation]\nmodels = [\"a.toml\", \"a.toml\", \"a.toml\", \"a.toml\"]\n");
+  config = load_config(file);
+  ASSERT_EQ(config.models.size(), 1U);
+  EXPECT_EQ(config.models[0].name, "a.toml");
+  options.config_file = file;
+  options.settings = "limits.force_N = 4\n";
+  options.duration = 100ms;
+  options.record_format = {};
+  options.record_directory = directory / "run";
+  (void)run_session(config, options, stop);
+  struct : runtime::mcap::Visitor {
+    std::map<std::string, std::string> texts;
+    bool wants_attachments() const override { return true; }
+    void attachment(const runtime::mcap::Attachment& attachment) override {
+      texts[attachment.name] = attachment.data;
+    }
+  } attachments;
+  runtime::mcap::read_mcap(runtime::mcap::read_file(directory / "run/base.mcap"), "base.mcap", attachments);
+  EXPECT_EQ(attachments.texts.size(), 3U);
+  EXPECT_NE(attachments.texts["a.toml"].find("0.04375"), std::string::npos);
+  EXPECT_NE(attachments.texts["config.toml"].find("[compensation]"), std::string::npos);
+  EXPECT_EQ(attachments.texts["settings.toml"], options.settings);
 }
 
 TEST_F(Session, TheWorkspaceIsInTheRecordingsHeader) {
@@ -274,6 +359,23 @@ TEST_F(Session, ADiskThatFillsUpCostsRowsButNotTheRunAndFilesStayReadable) {
   EXPECT_FALSE(summary.recording_problems.empty());
   EXPECT_GT(rows(directory / "wheel-1.csv", 5).size(), 100U);
   EXPECT_GT(rows(directory / "base.csv", 37).size(), 100U);
+}
+
+TEST_F(Session, ADiskThatFillsUpCostsTheRestOfAnMcapFile) {
+  options.duration = 5s;
+  options.record_format = {};
+  options.record_directory = directory / "run";
+  Summary summary;
+  {
+    const support::FileSizeLimit full(128 * 1024);
+    summary = run_session(config, options, stop);
+  }
+  EXPECT_TRUE(summary.stop_reason.empty());
+  EXPECT_GT(summary.cycles_recorded, 100U);
+  EXPECT_GT(summary.cycles_lost, 0U);
+  EXPECT_EQ(summary.cycles_recorded + summary.cycles_lost, summary.loop.cycles);
+  const auto read = runtime::read_recording(directory / "run/base.mcap", {.joint = "wheel_1"});
+  EXPECT_EQ(read.recording.rows(), summary.cycles_recorded);
 }
 
 TEST_F(Session, AFaultLeavesTheLastSecondBehind) {

@@ -71,6 +71,7 @@ class TeleopSession : public ::testing::Test {
   TeleopSession() {
     options.config_file = kTeleop;
     options.virtual_time = true;
+    options.record_format = runtime::RecordingFormat::kCsv;
     options.after_cycle = [this](const TeleopRecord& record) { seen.push_back(record); };
   }
   TeleopSummary run() { return run_teleop_session(config, options, stop); }
@@ -446,6 +447,24 @@ TEST_F(TeleopSession, ItsRecordingReadsAsOneWithColumnsOfItsOwn) {
   EXPECT_TRUE(message("column 'tank_J' is not part of the format; kept as it is"));
   EXPECT_TRUE(message("gripper_opening_m was not measured: "));
   EXPECT_FALSE(message("true_tip_x_m was not measured: ")) << "the simulation knows";
+}
+
+TEST_F(TeleopSession, AsMcapItTakesAFifthOfTheTextAtMost) {
+  be_quick();
+  options.tasks = {{sim::tasks::Reach{{0.37, 0.05, 0.38}}}};
+  options.record_directory = directory / "csv";
+  (void)run();
+  options.record_format = {};
+  options.record_directory = directory / "mcap";
+  const TeleopSummary summary = run();
+  EXPECT_EQ(summary.recording_problems, std::vector<std::string>{});
+  const auto recording =
+      runtime::read_recording(directory / "mcap/teleoperation.mcap", runtime::NotMeasured::kTaken).recording;
+  EXPECT_EQ(recording.rows(), summary.loop.cycles);
+  EXPECT_EQ(recording.columns.size(), kColumns);
+  EXPECT_LT(static_cast<double>(fs::file_size(directory / "mcap/teleoperation.mcap")),
+            0.2 * static_cast<double>(fs::file_size(directory / "csv/teleoperation.csv")));
+  EXPECT_TRUE(says(refusal(), "holds a recording already"));
 }
 
 TEST_F(TeleopSession, ARecordingIsNeverReplaced) {
