@@ -464,6 +464,7 @@ TEST_F(TeleopSession, AsMcapItTakesAFifthOfTheTextAtMost) {
   EXPECT_EQ(recording.columns.size(), kColumns);
   EXPECT_LT(static_cast<double>(fs::file_size(directory / "mcap/teleoperation.mcap")),
             0.2 * static_cast<double>(fs::file_size(directory / "csv/teleoperation.csv")));
+  seen.clear();
   EXPECT_TRUE(says(refusal(), "holds a recording already"));
 }
 

@@ -446,6 +446,15 @@ TEST_F(RecordingAsMcap, GoesOnWithWholeChunksWhenTheDiskHasRoomAgain) {
   EXPECT_EQ(whole.messages, 2U + 10U + 10U) << "of rows, record and joint states";
 }
 
+TEST_F(RecordingAsMcap, AFullBlockIsWritten) {
+  RecordingFile file(path(), {{"rig", "base"}}, kWheels);
+  for (int i = 0; i < 1000; ++i) file.append_row(wheels(i));
+  EXPECT_EQ(file.rows_written(), 0U);
+  file.append_row(wheels(1000));
+  EXPECT_EQ(file.rows_written(), 1000U);
+  EXPECT_EQ(times_s().size(), 1000U) << "a reader finds them";
+}
+
 TEST_F(RecordingAsMcap, ARowWithoutATimeIsCountedAsLost) {
   RecordingFile file(path(), {{"rig", "base"}}, kWheels);
   auto row = wheels(1);
