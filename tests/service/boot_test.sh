@@ -148,7 +148,7 @@ logged "youbotd.toml:$line" || fail "the journal does not name line $line of the
 
 step 'recordings, when the configuration enables them'
 cp /tmp/right.toml $configuration
-sed -n -e 's/^\[Service\]/&\nExecStart=/p' -e 's|^ExecStart=.*|& --record /var/lib/youbotd/recordings|p' \
+sed -n -e 's/^\[Service\]/&\nExecStart=/p' -e 's|^ExecStart=.*|& --record-csv /var/lib/youbotd/recordings|p' \
   /usr/local/lib/systemd/system/$service.service >/etc/systemd/system/$service.service.d/override.conf
 systemctl daemon-reload && systemctl start $service || fail 'it does not start with --record'
 drive_and_stop
