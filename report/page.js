@@ -10,6 +10,7 @@
   const kFlat = 24;  // pixels: a drag that is longer along an axis zooms this axis, too
   const kTickSpace = {x: 70, y: 34};  // pixels
   const kPaperWidth = 640;
+  const kInterleave = 9;  // pixels: of each of two equal lines, in turn
 
   let isPrinting = false;
 
@@ -173,21 +174,39 @@
     };
   }
 
+  function lineOf({x, y, hasPoint}, series, fill) {
+    const stroke = new Path2D();
+    for (let k = 0, down = false; k < series.x.length; ++k) {
+      const shown = hasPoint(k);
+      if (shown) stroke[down ? 'lineTo' : 'moveTo'](x(k), y(series.y[k]));
+      // A point between two gaps has no line.
+      if (shown && !down && !hasPoint(k + 1)) addMarker(fill, 'circle', x(k), y(series.y[k]), 2);
+      down = shown;
+    }
+    return stroke;
+  }
+
+  // Lines that are equal show their colours in turn: over all of them, each is drawn once more with gaps.
+  function interleave(context, pixels, plot, lines) {
+    lines.forEach((series, index) => {
+      const stroke = lineOf(placesOf(pixels, plot, series), series, new Path2D());
+      context.strokeStyle = css(colourName(series.look));
+      context.lineWidth = 1.75;
+      context.lineCap = 'butt';
+      context.setLineDash([kInterleave, kInterleave * (lines.length - 1)]);
+      context.lineDashOffset = -kInterleave * index;
+      context.stroke(stroke);
+    });
+    context.lineDashOffset = 0;
+    context.setLineDash([]);
+  }
+
   // Line, error bars and markers.
   function drawSeries(context, pixels, plot, series) {
     const {x, y, limit, hasPoint, hasLimits} = placesOf(pixels, plot, series);
     const count = series.x.length;
-    const stroke = new Path2D();
     const fill = new Path2D();
-    if (hasLine(series)) {
-      for (let k = 0, down = false; k < count; ++k) {
-        const shown = hasPoint(k);
-        if (shown) stroke[down ? 'lineTo' : 'moveTo'](x(k), y(series.y[k]));
-        // A point between two gaps has no line.
-        if (shown && !down && !hasPoint(k + 1)) addMarker(fill, 'circle', x(k), y(series.y[k]), 2);
-        down = shown;
-      }
-    }
+    const stroke = hasLine(series) ? lineOf({x, y, hasPoint}, series, fill) : new Path2D();
     if (hasMarkers(series)) {
       const radius = count > 500 ? 1.7 : 3;
       for (let k = 0; k < count; ++k)
@@ -230,6 +249,87 @@
     context.fill(path);
   }
 
+  // Shades every other span; a span of one point is a line.
+  function drawSpans(context, area, pixels, spans) {
+    spans.forEach(({from, to}, index) => {
+      const [left, right] = [from, to].map(x => Math.min(Math.max(pixels.x(x), area.x), area.x + area.w));
+      const isLine = from === to;
+      context.fillStyle = css(isLine ? '--soft' : '--grid');
+      if (isLine ? left === pixels.x(from) : index % 2 === 0)
+        context.fillRect(isLine ? left - 0.75 : left, area.y, isLine ? 1.5 : right - left, area.h);
+    });
+  }
+
+  // The names that have room, over the curves; those of lines below those of stretches.
+  function nameSpans(context, area, pixels, spans) {
+    context.save();
+    context.font = pen.font;
+    context.textBaseline = 'top';
+    context.lineJoin = 'round';
+    context.lineWidth = 3;
+    context.strokeStyle = css('--panel');
+    context.fillStyle = css('--ink');
+    let lastLine = -Infinity;
+    for (const {name, from, to} of spans) {
+      const isLine = from === to;
+      const [left, right] = [from, to].map(x => Math.min(Math.max(pixels.x(x), area.x), area.x + area.w));
+      const width = textWidth(name) + 6;
+      if (isLine ? left !== pixels.x(from) || left < lastLine : width > right - left) continue;
+      const at = isLine && left + width > area.x + area.w ? left - width : left + 4;
+      if (isLine) lastLine = at + width;
+      const top = area.y + (isLine ? 19 : 3);
+      context.strokeText(name, at, top);
+      context.fillText(name, at, top);
+    }
+    context.restore();
+  }
+
+  // --- values at an x ---
+
+  // Whether the points go forth only, so that each x has one y.
+  function goesForth({x}, axis) {
+    let last = -Infinity;
+    return x.every(value => {
+      if (!isShown(value, axis)) return true;
+      const isForth = value >= last;
+      last = value;
+      return isForth;
+    });
+  }
+
+  // Per array of a series at x: between two joined points on the straight line; otherwise at the nearest point that
+  // is less than `reach` away. Null without one.
+  function valuesAt(plot, series, x, reach) {
+    const xs = series.x;
+    let low = 0;
+    let high = xs.length - 1;
+    while (low < high) {  // the first point from x on
+      const middle = (low + high) >> 1;
+      let k = middle;
+      while (k < high && xs[k] === null) ++k;
+      if (xs[k] !== null && xs[k] < x) low = k + 1;
+      else high = middle;
+    }
+    const hasPoint = k => k >= 0 && k < xs.length && isShown(xs[k], plot.x);
+    const isBetween = hasPoint(low - 1) && hasPoint(low) && xs[low - 1] <= x && x <= xs[low] && xs[low - 1] < xs[low];
+    const scaleX = scaleOf(plot.x);
+    const scaleY = scaleOf(plot.y);
+    const nearest = [low - 1, low].filter(hasPoint)
+      .sort((a, b) => Math.abs(scaleX.forth(xs[a]) - scaleX.forth(x)) - Math.abs(scaleX.forth(xs[b]) - scaleX.forth(x)))[0];
+    const isNear = nearest !== undefined && Math.abs(scaleX.forth(xs[nearest]) - scaleX.forth(x)) <= reach;
+    return ['y', 'lower', 'upper'].map(key => {
+      const values = series[key];
+      if (!values) return null;
+      const shown = k => hasPoint(k) && isShown(values[k], plot.y);
+      if (series.style !== 'points' && isBetween && shown(low - 1) && shown(low)) {
+        const [from, to, at] = [xs[low - 1], xs[low], x].map(scaleX.forth);
+        const [first, last] = [values[low - 1], values[low]].map(scaleY.forth);
+        return scaleY.back(first + (last - first) * (at - from) / (to - from));
+      }
+      return isNear && shown(nearest) ? values[nearest] : null;
+    });
+  }
+
   // --- text alternatives ---
 
   function summaryOf(plot) {
@@ -242,7 +342,10 @@
     const series = plot.series.map(one =>
       `${one.name || plot.y.label}: ${one.x.length} points, x ${extent(one.x, plot.x)}, ` +
       `y ${extent(one.y ?? [...one.lower, ...one.upper], plot.y)}`);
+    const spans = plot.spans.map(({name, from, to}) =>
+      (from === to ? `${name} at ${readable(from)}` : `${name} ${readable(from)} to ${readable(to)}`));
     return `${plot.title}. Plot of ${titled(plot.y)} over ${titled(plot.x)}. ${series.join('; ')}. ` +
+      (spans.length ? `Marked: ${spans.join(', ')}. ` : '') +
       'Left and right arrow: next point. Up and down: next series. Plus and minus: zoom. Escape: whole plot.';
   }
 
@@ -305,14 +408,29 @@
     return holder;
   }
 
-  function draw(figure) {
+  // Plots whose x axes are linked: their common range, and what moves together.
+  const links = new Map();
+
+  function read(figure) {
     const plot = JSON.parse(figure.querySelector('script').textContent);
     plot.series.forEach((series, index) => { series.look ??= index; });
+    plot.isFunction = !plot.equal && plot.series.every(series => goesForth(series, plot.x));
     const all = key => plot.series.map(series => series[key]);
     const home = {
       x: homeRange(plot.x, all('x')),
       y: homeRange(plot.y, [...all('y'), ...all('lower'), ...all('upper')]),
     };
+    if (plot.x.link && all('x').some(x => x.some(value => isShown(value, plot.x)))) {
+      const link = links.get(plot.x.link) ?? {x: home.x, members: []};
+      link.x = [Math.min(link.x[0], home.x[0]), Math.max(link.x[1], home.x[1])];
+      links.set(plot.x.link, link);
+    }
+    return {figure, plot, home};
+  }
+
+  function draw({figure, plot, home}) {
+    const link = links.get(plot.x.link) ?? {x: home.x, members: []};
+    home.x = link.x;
     const view = {...home};
     const isOn = plot.series.map(() => true);
     let chosen = null;  // {index, k}: the point read out
@@ -331,7 +449,9 @@
     const mark = element('div', {class: 'mark', hidden: ''});
     const cross = element('div', {class: 'cross', hidden: ''});
     const selection = element('div', {class: 'selection', hidden: ''});
-    const over = element('div', {class: 'over'}, cross, selection, mark);
+    const line = element('div', {class: 'line', hidden: ''});
+    const over = element('div', {class: 'over'}, cross, selection, line, mark);
+    const tip = element('div', {class: 'tip', hidden: '', 'aria-hidden': 'true'});  // the read-out has the words
     const isEmpty = plot.series.every(({x, y, upper}) =>
       x.every((value, k) => !isShown(value, plot.x) || !isShown((y ?? upper)[k], plot.y)));
     const hint = isEmpty ? 'No values to show.' : 'Drag to zoom in, point to read values.';
@@ -363,9 +483,15 @@
       plotter({drawingContext, dygraph}) {
         const pixels = pixelsOf(dygraph);
         const shown = plot.series.filter((_, index) => isOn[index]);
+        drawSpans(drawingContext, dygraph.getArea(), pixels, plot.spans);
         const bands = shown.filter(series => series.lower && !hasMarkers(series));
         for (const series of bands) drawBand(drawingContext, pixels, plot, series);
-        for (const series of shown) drawSeries(drawingContext, pixels, plot, series);
+        // Dashes last: through their gaps a line below stays visible.
+        const lines = shown.filter(series => hasLine(series) && series.style !== 'dashed');
+        for (const series of lines) drawSeries(drawingContext, pixels, plot, series);
+        if (lines.length > 1) interleave(drawingContext, pixels, plot, lines);
+        for (const series of shown.filter(one => !lines.includes(one))) drawSeries(drawingContext, pixels, plot, series);
+        nameSpans(drawingContext, dygraph.getArea(), pixels, plot.spans);
       },
       interactionModel: {
         // A drag may leave the plot and come back.
@@ -378,6 +504,7 @@
           cross.hidden = false;
           cross.style.translate = `${left}px ${top}px`;
           choose(nearest(left, top));
+          hover(left, top);
           const box = boxTo(left, top);
           selection.hidden = !box;
           if (!box) return;
@@ -392,13 +519,14 @@
         },
         mouseleave() {
           cross.hidden = true;
+          for (const member of link.members) member.showAt(null);
           // A pointer that leaves keeps what keys have chosen.
           if (document.activeElement !== chart) choose(null);
         },
         dblclick: () => zoomTo(home.x, home.y),
       },
     });
-    surface.append(over);
+    surface.append(over, tip);
 
     // The area of a drag in the plot; a flat drag covers the whole other axis.
     function boxTo(left, top) {
@@ -421,22 +549,37 @@
       selection.hidden = true;
     }
 
-    // Draws the current view, with room for the numbers of the y axis and its title to their left.
+    // The range that is drawn: for equal axes, what is missing in the view to the shape of the plot is added.
+    function drawn() {
+      if (!plot.equal) return view;
+      const {w, h} = g.getArea();
+      const perPixel = Math.max((view.x[1] - view.x[0]) / w, (view.y[1] - view.y[0]) / h);
+      const wide = ([from, to], pixels) => [-0.5, 0.5].map(share => (from + to) / 2 + share * perPixel * pixels);
+      return {x: wide(view.x, w), y: wide(view.y, h)};
+    }
+
+    // Draws the current view, with room for the numbers of both axes and the title of y.
     function show() {
+      const texts = (key, pixels) => ticksOf(plot[key], kTickSpace[key], ...drawn()[key], pixels)
+        .map(({label}) => textWidth(label ?? ''));
       const area = g.getArea();
-      const numbers = ticksOf(plot.y, kTickSpace.y, ...view.y, area.h).map(({label}) => textWidth(label ?? ''));
-      g.updateOptions({
-        dateWindow: view.x,
-        // An integer: dygraphs clips the plot there, and half a pixel would be drawn but never cleared.
-        axes: {y: {valueRange: view.y, axisLabelWidth: Math.ceil(20 + Math.max(10, ...numbers))}},
+      // An integer: dygraphs clips the plot there, and half a pixel would be drawn but never cleared.
+      const axisLabelWidth = Math.ceil(20 + Math.max(10, ...texts('y', area.h)));
+      // The number at the end of x reaches beyond it by half its width.
+      const rightGap = Math.ceil(Math.max(25, ...texts('x', area.w).map(width => width / 2 + 4)));
+      const place = () => g.updateOptions({
+        dateWindow: drawn().x, axes: {y: {valueRange: drawn().y, axisLabelWidth}}, rightGap,
         axisLineColor: css('--line'),
         gridLineColor: css('--grid'),
       });
+      place();
+      if (plot.equal) place();  // in the area that is left beside the numbers
       const {x, y, w, h} = g.getArea();
       // With room for the marker of a point at the end of an axis.
       over.style.clipPath = `rect(${y - 8}px ${x + w + 8}px ${y + h + 8}px ${x - 8}px)`;
       surface.style.setProperty('--left', `${x}px`);
       placeMark();
+      showAt(null);
     }
 
     // For tests and the console.
@@ -451,12 +594,12 @@
     const heightAt = (k, series) => (series.y ? series.y[k] : series.upper[k]);
     const canChoose = (k, series) => isShown(series.x[k], plot.x) && isShown(heightAt(k, series), plot.y);
 
-    function nearest(left, top) {
+    function nearest(left, top, only = null) {
       const pixels = pixelsOf(g);
       let best = null;
       let distance = kReach ** 2;
       plot.series.forEach((series, index) => {
-        if (!isOn[index]) return;
+        if (!isOn[index] || (only !== null && only !== index)) return;
         for (let k = 0; k < series.x.length; ++k) {
           if (!canChoose(k, series)) continue;
           const square = (pixels.x(series.x[k]) - left) ** 2 + (pixels.y(heightAt(k, series)) - top) ** 2;
@@ -466,6 +609,56 @@
         }
       });
       return best;
+    }
+
+    const valueText = (key, number) => `${readable(number)}${plot[key].unit ? ` ${plot[key].unit}` : ''}`;
+
+    // What the tip says: a title and, for each series, its values.
+    function showTip(title, entries, left, top) {
+      tip.replaceChildren(element('p', {}, title), ...entries.map(({series, text}) =>
+        element('p', {}, swatch(series), element('span', {}, series.name || plot.y.label), element('b', {}, text))));
+      tip.hidden = false;
+      const area = g.getArea();
+      const side = left + 14 + tip.offsetWidth > surface.clientWidth ? Math.max(0, left - 14 - tip.offsetWidth) : left + 14;
+      tip.style.translate = `${side}px ${Math.max(0, Math.min(top, area.y + area.h - tip.offsetHeight))}px`;
+    }
+
+    // The values of all series at x, with a line there; null hides both.
+    function showAt(x, top = g.getArea().y + 22) {
+      line.hidden = tip.hidden = true;
+      const range = drawn().x;
+      if (!plot.isFunction || x === null || x < range[0] || x > range[1]) return;
+      const shown = plot.series.filter((_, index) => isOn[index]);
+      const left = pixelsOf(g).x(x);
+      const {forth} = scaleOf(plot.x);
+      const reach = kReach * (forth(range[1]) - forth(range[0])) / g.getArea().w;
+      const entries = shown.flatMap(series => {
+        const [y, lower, upper] = valuesAt(plot, series, x, reach);
+        if (y === null && upper === null) return [];
+        const limits = lower === null || upper === null ? '' : `${readable(lower)} to ${valueText('y', upper)}`;
+        return [{series, text: [y === null ? '' : valueText('y', y), limits].filter(Boolean).join(', ')}];
+      });
+      line.style.translate = `${left}px 0`;
+      line.hidden = false;
+      const span = plot.spans.find(({from, to}) => from <= x && x < to);
+      showTip(`${plot.x.label} ${valueText('x', x)}${span ? `, ${span.name}` : ''}`, entries, left, top);
+    }
+
+    // Where an x has several y: of each series, the point nearest the pointer.
+    function showNear(left, top) {
+      const entries = plot.series.flatMap((series, index) => {
+        const point = isOn[index] && nearest(left, top, index);
+        if (!point) return [];
+        return [{series, text: `${valueText('x', series.x[point.k])}, ${valueText('y', heightAt(point.k, series))}`}];
+      });
+      tip.hidden = true;
+      if (entries.length) showTip(`${titled(plot.x)}, ${titled(plot.y)}`, entries, left, top);
+    }
+
+    function hover(left, top) {
+      const x = g.toDataXCoord(left);
+      if (!plot.isFunction) showNear(left, top);
+      else for (const member of link.members) member.showAt(x, member.show === show ? top : undefined);
     }
 
     function placeMark() {
@@ -484,19 +677,23 @@
         return;
       }
       const series = plot.series[point.index];
-      const value = (key, number) => `${readable(number)}${plot[key].unit ? ` ${plot[key].unit}` : ''}`;
-      const parts = [`${plot.x.label} ${value('x', series.x[point.k])}`];
-      if (series.y) parts.push(`${plot.y.label} ${value('y', series.y[point.k])}`);
+      const parts = [`${plot.x.label} ${valueText('x', series.x[point.k])}`];
+      if (series.y) parts.push(`${plot.y.label} ${valueText('y', series.y[point.k])}`);
       const ends = [series.lower?.[point.k] ?? null, series.upper?.[point.k] ?? null];
-      if (!ends.includes(null)) parts.push(`${readable(ends[0])} to ${value('y', ends[1])}`);
+      if (!ends.includes(null)) parts.push(`${readable(ends[0])} to ${valueText('y', ends[1])}`);
       readout.textContent = (series.name ? `${series.name}: ` : '') + parts.join(', ');
+    }
+
+    function setView(x, y) {
+      Object.assign(view, {x, y});
+      reset.hidden = x.join() === home.x.join() && y.join() === home.y.join();
+      show();
     }
 
     function zoomTo(x, y) {
       if (!(x[0] < x[1] && y[0] < y[1])) return;  // nothing to see
-      Object.assign(view, {x, y});
-      reset.hidden = x.join() === home.x.join() && y.join() === home.y.join();
-      show();
+      for (const member of link.members) if (member.show !== show) member.zoomX(x);
+      setView(x, y);
     }
 
     // Zooms about the point that is read out, or the centre; at most out to the whole plot.
@@ -519,7 +716,15 @@
       const series = plot.series[index];
       let k = from ?? (by > 0 ? -1 : series.x.length);
       do k += by; while (k >= 0 && k < series.x.length && !canChoose(k, series));
-      if (k >= 0 && k < series.x.length) choose({index, k});
+      if (k >= 0 && k < series.x.length) chooseByKey({index, k});
+    }
+
+    function chooseByKey(point) {
+      choose(point);
+      if (!point) return;
+      const series = plot.series[point.index];
+      const pixels = pixelsOf(g);
+      hover(pixels.x(series.x[point.k]), pixels.y(heightAt(point.k, series)));
     }
 
     function stepSeries(by) {
@@ -529,7 +734,7 @@
         if (!isOn[index]) continue;
         chosen = {index, k: -1};
         const same = plot.series[index].x.findIndex((_, k) => canChoose(k, plot.series[index]));
-        choose(same < 0 ? null : {index, k: same});
+        chooseByKey(same < 0 ? null : {index, k: same});
         return;
       }
     }
@@ -546,7 +751,10 @@
       event.preventDefault();
       keys[event.key]();
     });
-    chart.addEventListener('blur', () => choose(null));
+    chart.addEventListener('blur', () => {
+      choose(null);
+      for (const member of link.members) member.showAt(null);
+    });
     reset.addEventListener('click', () => {
       zoomTo(home.x, home.y);
       chart.focus();
@@ -578,7 +786,9 @@
     const fit = () => {
       const width = isPrinting ? kPaperWidth : chart.clientWidth;
       if (width <= 0) return;
-      const height = Math.round(Math.min(420, Math.max(250, width * 0.6)));
+      // A plot with equal axes is as high as its contents.
+      const shape = plot.equal ? Math.min(1, (home.y[1] - home.y[0]) / (home.x[1] - home.x[0])) : 0.6;
+      const height = Math.round(Math.min(plot.equal ? 560 : 420, Math.max(250, width * shape)));
       // dygraphs follows the pixel ratio only when the size changes.
       if (ratio !== devicePixelRatio) g.resize(width, height + 1);
       ratio = devicePixelRatio;
@@ -587,10 +797,20 @@
     };
     new ResizeObserver(() => fit()).observe(chart);
     fit();
-    return {fit, show};
+    const api = {fit, show, showAt, zoomX: x => setView(x, view.y)};
+    link.members.push(api);
+    return api;
   }
 
-  const plots = [...document.querySelectorAll('figure.plot')].map(draw);
+  const plots = [...document.querySelectorAll('figure.plot')].map(read).map(draw);
+
+  // A table that is wider than the window says that there is more.
+  const boxes = [...document.querySelectorAll('main > .table')];
+  const hintAtWidth = () => {
+    for (const box of boxes) box.classList.toggle('wide', box.scrollWidth > box.clientWidth + 1);
+  };
+  new ResizeObserver(hintAtWidth).observe(document.documentElement);
+  hintAtWidth();
 
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => {
     colours = {};

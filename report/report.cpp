@@ -1,15 +1,21 @@
 #include "report/report.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
+#include <ctime>
+#include <limits>
 #include <span>
 #include <stdexcept>
 
 #include "report/assets.h"
 #include "report/decimate.h"
 #include "runtime/configuration/whole_file.h"
+#include "runtime/program/build_info.h"
 
 namespace report {
 namespace {
@@ -74,7 +80,16 @@ std::string json(std::span<const double> values, const std::vector<std::size_t>&
 
 std::string json(const Axis& axis) {
   return R"({"label":)" + json(axis.label) + R"(,"unit":)" + json(axis.unit) + R"(,"log":)" +
-         (axis.log ? "true" : "false") + R"(,"from":)" + json(axis.from) + R"(,"to":)" + json(axis.to) + "}";
+         (axis.log ? "true" : "false") + R"(,"from":)" + json(axis.from) + R"(,"to":)" + json(axis.to) +
+         R"(,"link":)" + json(axis.link) + "}";
+}
+
+std::string json(const std::vector<Span>& spans) {
+  std::string array = "[";
+  for (const Span& span : spans)
+    array += (array.size() > 1 ? "," : "") + std::string(R"({"name":)") + json(span.name) + R"(,"from":)" +
+             json(span.from) + R"(,"to":)" + json(span.to) + "}";
+  return array + ']';
 }
 
 const char* name_of(Style style) {
@@ -144,6 +159,10 @@ void check(const Plot& plot) {
   check(plot.x, where);
   check(plot.y, where);
   require(!plot.series.empty(), where + " has no series");
+  require(!plot.equal_axes || (!plot.x.log && !plot.y.log), where + ": equal axes cannot be logarithmic");
+  for (const Span& span : plot.spans)
+    require(std::isfinite(span.from) && span.from <= span.to && std::isfinite(span.to),
+            where + R"(: span ")" + span.name + R"(" needs finite ends in order)");
   for (const Series& series : plot.series) {
     const std::string which = where + R"(, series ")" + series.name + R"(": )";
     const std::size_t count = series.x.size();
@@ -164,21 +183,18 @@ std::string fixed(double value, int decimals) {
   return number_text(value, std::chars_format::fixed, std::clamp(decimals, 0, 17));
 }
 
+/// Decimal exponent of what is left of a value after rounding it to four significant digits.
+int exponent_of(double value) {
+  const std::string rounded = number_text(value, std::chars_format::scientific, 3);
+  return std::atoi(rounded.c_str() + rounded.find('e') + 1);
+}
+
 /// Four significant digits, without exponent if that is short.
 std::string four_digits(double value) {
   if (value == 0) return "0";
-  const double magnitude = std::floor(std::log10(std::abs(value)));
-  if (magnitude < -4 || magnitude > 6) return number_text(value, std::chars_format::scientific, 3);
-  return fixed(value, 3 - static_cast<int>(magnitude));
-}
-
-std::string html_cell(const Cell& cell, const Column& column, bool whole) {
-  if (const auto* text = std::get_if<std::string>(&cell)) return "<td>" + escaped(*text) + "</td>";
-  const double value = std::get<double>(cell) + 0.0;  // -0 becomes 0
-  if (!std::isfinite(value)) return R"(<td class="number">–</td>)";
-  return R"(<td class="number">)" +
-         (column.decimals || whole ? fixed(value, column.decimals.value_or(0)) : four_digits(value)) +
-         "</td>";
+  const int exponent = exponent_of(value);
+  if (exponent < -4 || exponent > 6) return number_text(value, std::chars_format::scientific, 3);
+  return fixed(value, 3 - exponent);
 }
 
 bool is_whole(const Cell& cell) {
@@ -187,9 +203,56 @@ bool is_whole(const Cell& cell) {
          (std::trunc(*value) == *value && std::abs(*value) < 1e15);
 }
 
+/// Of column `i`: as Column describes it.
+std::optional<int> decimals_of(const Column& column, const std::vector<Row>& rows, std::size_t i) {
+  if (column.decimals) return column.decimals;
+  if (std::ranges::all_of(rows, [i](const Row& row) { return is_whole(row[i]); })) return 0;
+  constexpr int kSimilar = 2;
+  constexpr int kLongest = 7;  // decimals: smaller numbers are shorter with an exponent
+  int smallest = std::numeric_limits<int>::max();
+  int largest = std::numeric_limits<int>::min();
+  for (const Row& row : rows) {
+    const auto* value = std::get_if<double>(&row[i]);
+    if (value == nullptr || !std::isfinite(*value) || *value == 0) continue;
+    smallest = std::min(smallest, exponent_of(*value));
+    largest = std::max(largest, exponent_of(*value));
+  }
+  if (largest - smallest > kSimilar) return std::nullopt;
+  const int decimals = std::max(0, 3 - smallest);  // four significant digits of the smallest
+  return decimals <= kLongest ? std::optional(decimals) : std::nullopt;
+}
+
+std::string html_cell(const Cell& cell, std::optional<int> decimals) {
+  if (const auto* text = std::get_if<std::string>(&cell)) return "<td>" + escaped(*text) + "</td>";
+  if (const auto* link = std::get_if<Link>(&cell))
+    return R"(<td><a href=")" + escaped(link->path) + R"(">)" + escaped(link->text) + "</a></td>";
+  const double value = std::get<double>(cell) + 0.0;  // -0 becomes 0
+  if (!std::isfinite(value)) return R"(<td class="number">–</td>)";
+  return R"(<td class="number">)" + (decimals ? fixed(value, *decimals) : four_digits(value)) + "</td>";
+}
+
+/// "Made 2026-11-27 02:14:09 UTC on HOST by youbot-hal 0.2.0 (1756d18)"
+std::string made() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  std::array<char, 64> date{};
+  std::strftime(date.data(), date.size(), "%Y-%m-%d %H:%M:%S UTC", &utc);
+  std::array<char, 256> host{};
+  if (gethostname(host.data(), host.size() - 1) != 0) host.front() = '?';
+  return std::string("Made ") + date.data() + " on " + host.data() + " by youbot-hal " +
+         runtime::build_version();
+}
+
 }  // namespace
 
-void Page::heading(std::string_view text) { body_ += "<h2>" + escaped(text) + "</h2>\n"; }
+Page::Page(std::string title) : title_(std::move(title)), made_(made()) {}
+
+void Page::heading(std::string_view text) {
+  const std::string id = "section-" + std::to_string(++headings_);
+  body_ += "<h2 id=\"" + id + "\">" + escaped(text) + "</h2>\n";
+  contents_ += "<li><a href=\"#" + id + "\">" + escaped(text) + "</a></li>\n";
+}
 
 void Page::text(std::string_view text) {
   while (!text.empty()) {
@@ -204,22 +267,23 @@ void Page::table(const std::vector<Column>& columns, const std::vector<Row>& row
     require(row.size() == columns.size(), "a table row of " + std::to_string(row.size()) + " cells under " +
                                               std::to_string(columns.size()) + " columns");
   std::string head;
-  std::vector<bool> whole;
+  std::vector<std::optional<int>> decimals;
   for (std::size_t i = 0; i < columns.size(); ++i) {
     const auto is_number = [i](const Row& row) { return std::holds_alternative<double>(row[i]); };
     const bool numbers = std::ranges::any_of(rows, is_number);
-    whole.push_back(std::ranges::all_of(rows, [i](const Row& row) { return is_whole(row[i]); }));
+    decimals.push_back(decimals_of(columns[i], rows, i));
     head += std::string(R"(<th scope="col")") + (numbers ? R"( class="number")" : "") + ">" +
             with_unit(columns[i].name, columns[i].unit) + "</th>";
   }
   // The box scrolls if the window is narrower than the table; it takes the focus so that keys can scroll it.
+  // The caption keeps the width of the window by being inside a box that stays.
   body_ += R"(<div class="table" tabindex="0" role="region" aria-label=")" +
            (caption.empty() ? "Table" : escaped(caption)) + "\"><table>\n";
-  if (!caption.empty()) body_ += "<caption>" + escaped(caption) + "</caption>\n";
+  if (!caption.empty()) body_ += "<caption><span>" + escaped(caption) + "</span></caption>\n";
   body_ += "<thead><tr>" + head + "</tr></thead>\n<tbody>\n";
   for (const Row& row : rows) {
     body_ += "<tr>";
-    for (std::size_t i = 0; i < row.size(); ++i) body_ += html_cell(row[i], columns[i], whole[i]);
+    for (std::size_t i = 0; i < row.size(); ++i) body_ += html_cell(row[i], decimals[i]);
     body_ += "</tr>\n";
   }
   body_ += "</tbody></table></div>\n";
@@ -239,7 +303,8 @@ void Page::plots(const std::vector<Plot>& plots) {
     body_ += "<figure class=\"plot\">\n<figcaption>" + escaped(plot.title) + "</figcaption>\n";
     if (!plot.note.empty()) body_ += "<p>" + escaped(plot.note) + "</p>\n";
     body_ += R"(<script type="application/json">{"title":)" + json(plot.title) + R"(,"x":)" + json(plot.x) +
-             R"(,"y":)" + json(plot.y) + R"(,"series":[)" + series + "]}</script>\n";
+             R"(,"y":)" + json(plot.y) + R"(,"equal":)" + (plot.equal_axes ? "true" : "false") +
+             R"(,"spans":)" + json(plot.spans) + R"(,"series":[)" + series + "]}</script>\n";
     if (!thinned.empty())
       body_ += R"(<p class="thinned">)" + escaped(thinned) + "Zooming in shows no more of them.</p>\n";
     body_ += "</figure>\n";
@@ -260,7 +325,10 @@ std::string Page::html() const {
   page += "<title>" + escaped(title_) + "</title>\n<style>\n";
   page += kDygraphsStyle;
   page += kPageStyle;
-  page += "</style>\n</head>\n<body>\n<main>\n<h1>" + escaped(title_) + "</h1>\n" + body_;
+  page += "</style>\n</head>\n<body>\n<main>\n<header>\n<h1>" + escaped(title_) + "</h1>\n<p>" +
+          escaped(made_) + "</p>\n</header>\n";
+  if (headings_ > 1) page += "<nav aria-label=\"Contents\"><ul>\n" + contents_ + "</ul></nav>\n";
+  page += body_;
   page += "<noscript><p>The plots, and the tables of their data, need JavaScript.</p></noscript>\n</main>\n";
   page += "<script>/*\n";
   page += kDygraphsLicense;

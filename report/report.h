@@ -1,6 +1,7 @@
 /// @file
 /// A self-contained HTML page with text, tables and zoomable plots.
 #pragma once
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -34,6 +35,16 @@ struct Axis {
   bool log = false;              ///< values that are not positive are left out
   std::optional<double> from{};  ///< default: from the data
   std::optional<double> to{};
+  /// Plots whose x axes name the same link have the same range, zoom together and show the same x. Empty:
+  /// on its own.
+  std::string link{};
+};
+
+/// A stretch of x, shaded, with its name; a line if it is one point.
+struct Span {
+  std::string name;
+  double from = 0.0;
+  double to = 0.0;
 };
 
 struct Plot {
@@ -41,17 +52,25 @@ struct Plot {
   Axis x;
   Axis y;
   std::vector<Series> series;
-  std::string note{};  ///< explanation, one or two sentences
+  std::string note{};         ///< explanation, one or two sentences
+  bool equal_axes = false;    ///< a metre is as long in x as in y; neither axis may be logarithmic
+  std::vector<Span> spans{};  ///< in the order of x
 };
 
 struct Column {
   std::string name;
   std::string unit{};
-  /// Default: none if all numbers of the column are whole, otherwise four significant digits.
+  /// Default: none if all numbers of the column are whole. Otherwise the same for the column, if its numbers
+  /// are of similar size; if they differ by more than a factor of a thousand, four significant digits each.
   std::optional<int> decimals{};
 };
+/// To a file beside the page; `path` is relative to it.
+struct Link {
+  std::string text;
+  std::string path;
+};
 /// Numbers are right-aligned; non-finite ones are shown as a dash.
-using Cell = std::variant<std::string, double>;
+using Cell = std::variant<std::string, double, Link>;
 using Row = std::vector<Cell>;
 
 /// Written from top to bottom:
@@ -66,12 +85,13 @@ using Row = std::vector<Cell>;
 ///                           {.name = "fitted", .x = v, .y = t, .lower = low, .upper = high}}});
 ///     page.write("report.html");
 ///
-/// Everything given is text, not HTML. The file loads nothing from elsewhere and follows the reader's
-/// light or dark setting. Numbers are stored with nine digits; a series of more than a few thousand
+/// Below the title it has the date, the host and the version of the software; of several headings, a list of
+/// contents. Everything given is text, not HTML. The file loads nothing from elsewhere and follows the
+/// reader's light or dark setting. Numbers are stored with nine digits; a series of more than a few thousand
 /// points is thinned out to what a screen can show, and the page says so.
 class Page {
  public:
-  explicit Page(std::string title) : title_(std::move(title)) {}
+  explicit Page(std::string title);
 
   void heading(std::string_view text);
   /// A paragraph. An empty line in it starts a new one.
@@ -93,6 +113,9 @@ class Page {
 
  private:
   std::string title_;
+  std::string made_;  // when, where and with what
+  std::string contents_;
+  std::size_t headings_ = 0;
   std::string body_;
 };
 

@@ -83,7 +83,7 @@ export function read() {
       hint: text(figure.querySelector('.below p')),
     })),
     tables: [...document.querySelectorAll('main > .table table')].map(table => ({
-      caption: text(table.caption),
+      caption: table.caption?.textContent ?? '',
       numbers: [...table.querySelectorAll('td.number')].filter(cell => Number.isFinite(Number(text(cell)))).length,
       rows: [...table.tBodies[0].rows].map(row => [...row.cells].map(text)),
     })),

@@ -119,6 +119,43 @@ report::Plot many_series() {
   return plot;
 }
 
+/// Three plots of one run: a ramp and its double, two equal lines, one line. The phases are marked, and a
+/// fault.
+std::vector<report::Plot> linked() {
+  const report::Axis time{.label = "time", .unit = "s", .link = "time"};
+  const std::vector<report::Span> spans{
+      {"starting", 0, 2}, {"running", 2, 8}, {"stopping", 8, 10}, {"fault", 8, 8}};
+  const std::vector<double> ends{0, 10};
+  return {{.title = "Ramps",
+           .x = time,
+           .y = {"force", "N"},
+           .series = {{"single", ends, {0, 10}}, {"double", ends, {0, 20}}},
+           .spans = spans},
+          {.title = "Equal lines",
+           .x = time,
+           .y = {"torque", "N·m"},
+           .series = {{"wheel-1", ends, {1, 3}}, {"wheel-2", ends, {1, 3}}},
+           .spans = spans},
+          {.title = "Half of the time",
+           .x = time,
+           .y = {"speed", "m/s"},
+           .series = {{"robot", {0, 5}, {1e-7, 6e-7}}}}};
+}
+
+/// Wider than high, in a plot that is wider still.
+report::Plot circle() {
+  Series path{.name = "path", .x = {}, .y = {}};
+  for (int i = 0; i <= 100; ++i) {
+    path.x.push_back(0.4 * std::cos(2 * pi * i / 100));
+    path.y.push_back(0.4 * std::sin(2 * pi * i / 100));
+  }
+  return {.title = "Circle",
+          .x = {"x", "m"},
+          .y = {"y", "m"},
+          .series = {{"line", {-1, 1}, {-0.5, -0.5}}, path},
+          .equal_axes = true};
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -147,6 +184,11 @@ int main(int argc, char** argv) {
                  .x = {"time", "s"},
                  .y = {.label = "torque", .unit = "N·m", .log = true},
                  .series = {{"once", {3, 4}, {0.5, -1}, Style::kLine}}}});
+    page.heading("Linked");
+    page.table({{"file"}, {"unlike numbers"}},
+               {{report::Link{"the <sample>", "report_sample.html"}, 0.00012}, {"none", 12345.678}});
+    page.plots(linked());
+    page.plot(circle());
     page.write(argv[1]);
     return 0;
   } catch (const std::exception& error) {

@@ -15,7 +15,8 @@ const file = join(folder, 'report_sample.html');
 mkdirSync(folder, {recursive: true});
 execFileSync(sample, [file], {stdio: 'inherit'});
 
-const kCurve = 0, kLoop = 1, kLog = 2, kLarge = 3, kGap = 4, kSeven = 5, kEmpty = 6;  // plots, in the order of the page
+const kCurve = 0, kLoop = 1, kLog = 2, kLarge = 3, kGap = 4, kSeven = 5, kEmpty = 6,
+  kRamps = 8, kEqual = 9, kHalf = 10, kCircle = 11;  // plots, in the order of the page
 const page = await launch();
 const {complaints, requests} = listen(page);
 const checked = checks(page, folder);
@@ -28,7 +29,7 @@ try {
     assert.deepEqual(complaints, []);
     const data = await page.evaluate(() => [...document.querySelectorAll('figure script')]
       .reduce((bytes, script) => bytes + script.textContent.length, 0));
-    assert.ok(statSync(file).size - data < 180_000, 'without its data, a page is dygraphs (131 kB) and not much more');
+    assert.ok(statSync(file).size - data < 200_000, 'without its data, a page is dygraphs (131 kB) and not much more');
   });
 
   await check('shows text as it was given, and tables with numbers to the right', async () => {
@@ -167,6 +168,132 @@ try {
     assert.match(label, /position \(rad\) over time \(s\)\. with gap: 5 points, x 0\.000 to 4\.000/);
   });
 
+  await check('says when, where and by which version it was made', async () => {
+    assert.match(await page.evaluate(() => document.querySelector('header p').textContent),
+      /^Made \d{4}-\d\d-\d\d \d\d:\d\d:\d\d UTC on \S+ by youbot-hal \d+\.\d+\.\d+ \(.+\)$/);
+  });
+
+  await check('has contents whose links lead to their sections', async () => {
+    const texts = await page.evaluate(() => [...document.querySelectorAll('nav a')].map(link => link.textContent));
+    assert.deepEqual(texts, ['Parameters', 'Curves', 'Linked']);
+    const {text, top} = await page.evaluate(() => {
+      document.querySelectorAll('nav a')[2].click();
+      const target = document.querySelector(':target');
+      return {text: target.textContent, top: target.getBoundingClientRect().top};
+    });
+    assert.equal(text, 'Linked');
+    assert.ok(top >= 0 && top < 900, `${top}`);
+    await page.evaluate(() => history.replaceState(null, '', location.pathname));
+  });
+
+  await check('links to files beside it', async () => {
+    assert.deepEqual(await page.evaluate(() => {
+      const link = document.querySelector('td a');
+      return [link.textContent, link.getAttribute('href')];
+    }), ['the <sample>', 'report_sample.html']);
+  });
+
+  await check('shows the values of all curves at the pointer, in all linked plots', async () => {
+    await moveTo(kRamps, 4, 8);
+    const [ramps, equal, half] = await until(() => page.evaluate(plots => plots.map(plot => {
+      const tip = document.querySelectorAll('figure.plot')[plot].querySelector('.tip');
+      return tip.hidden ? null : [...tip.querySelectorAll('p')].map(line => line.textContent);
+    }), [kRamps, kEqual, kHalf]), seen => seen.every(Boolean));
+    const number = text => Number(text.match(/-?[\d.]+(?= )/)[0]);
+    assert.match(ramps[0], /^time \d\.\d+ s, running$/);
+    const time = number(ramps[0]);
+    assert.ok(Math.abs(time - 4) < 0.05, ramps[0]);
+    for (const [line, name, value] of [[ramps[1], 'single', time], [ramps[2], 'double', 2 * time],
+      [equal[1], 'wheel-1', 1 + 0.2 * time], [equal[2], 'wheel-2', 1 + 0.2 * time]]) {
+      assert.ok(line.startsWith(name), line);
+      assert.ok(Math.abs(number(line.slice(name.length)) - value) < 0.002 * value, `${line}, not ${value}`);
+    }
+    assert.equal(equal[0], ramps[0]);
+    assert.match(half[1], /^robot\d\.\d+×10⁻⁷ m\/s$/);
+    await moveTo(kRamps, 9, 8);
+    await until(() => page.evaluate(plot => document.querySelectorAll('figure.plot')[plot].querySelector('.tip p:nth-child(2)'), kHalf),
+      line => line === null);  // it has no value there
+  });
+
+  await check('zooms linked plots together, and back', async () => {
+    const before = await page.evaluate(viewOf, kHalf);
+    assert.deepEqual(before.x, (await page.evaluate(viewOf, kRamps)).x, 'linked plots begin with the same range');
+    await dragTo(kRamps, [3, 1], [7, 1.1]);
+    const [ramps, half] = [await page.evaluate(viewOf, kRamps), await page.evaluate(viewOf, kHalf)];
+    assert.ok(Math.abs(ramps.x[0] - 3) < 0.1 && Math.abs(ramps.x[1] - 7) < 0.1, `${ramps.x}`);
+    assert.deepEqual(half, {x: ramps.x, y: before.y, reset: true});
+    await page.evaluate(plot => document.querySelectorAll('figure.plot .chart')[plot].focus(), kRamps);
+    await type('Escape');
+    assert.deepEqual(await page.evaluate(viewOf, kHalf), before);
+  });
+
+  await check('shows both of two equal lines', async () => {
+    const shares = await page.evaluate((plot, [from, to]) => {
+      const figure = document.querySelectorAll('figure.plot')[plot];
+      const context = figure.querySelector('canvas').getContext('2d');
+      const colours = [0, 1].map(index => figure.plot.colourOf(index).match(/[0-9a-f]{2}/gi).map(hex => parseInt(hex, 16)));
+      const counts = [0, 0];
+      for (let i = 0; i < 200; ++i) {
+        const x = from + (to - from) * i / 199;
+        const [left, top] = figure.plot.toPixels(x, 1 + 0.2 * x).map(Math.round);
+        const {data} = context.getImageData(left, top, 1, 1);
+        colours.forEach((colour, k) => { counts[k] += colour.every((part, c) => Math.abs(part - data[c]) < 60); });
+      }
+      return counts.map(count => count / 200);
+    }, kEqual, [1, 9]);
+    for (const share of shares) assert.ok(share > 0.25, `${shares}`);
+  });
+
+  await check('draws a circle as a circle, zoomed too', async () => {
+    const isRound = async () => {
+      const [[left, bottom], [right, top]] = await page.evaluate(plot => {
+        const {toPixels} = document.querySelectorAll('figure.plot')[plot].plot;
+        return [toPixels(-0.4, -0.4), toPixels(0.4, 0.4)];
+      }, kCircle);
+      assert.ok(Math.abs((right - left) - (bottom - top)) < 1, `${right - left} by ${bottom - top} pixels`);
+      return right - left;
+    };
+    const before = await isRound();
+    await dragTo(kCircle, [0, 0.1], [0.3, 0.3]);
+    assert.ok(await isRound() > 1.5 * before);
+    await page.evaluate(plot => document.querySelectorAll('figure.plot .chart')[plot].focus(), kCircle);
+    await type('Escape');
+  });
+
+  await check('marks spans with their names', async () => {
+    const label = await page.evaluate(plot =>
+      document.querySelectorAll('figure.plot .chart')[plot].getAttribute('aria-label'), kRamps);
+    assert.match(label, /Marked: starting 0\.000 to 2\.000, running .*, fault at 8\.000\./);
+    const shades = await page.evaluate(plot => {
+      const figure = document.querySelectorAll('figure.plot')[plot];
+      const context = figure.querySelector('canvas').getContext('2d');
+      return [1, 5, 9].map(x => {
+        const [left, top] = figure.plot.toPixels(x, 19);
+        return context.getImageData(Math.round(left) - 3, Math.round(top) + 12, 1, 1).data[3];
+      });
+    }, kRamps);
+    assert.deepEqual(shades.map(alpha => alpha > 0), [true, false, true], `${shades}`);
+  });
+
+  await check('cuts off no number of an axis', async () => {
+    const cut = await page.evaluate(() => [...document.querySelectorAll('.chart')].flatMap(chart => {
+      const box = chart.getBoundingClientRect();
+      const pen = document.createRange();
+      return [...chart.querySelectorAll('.dygraph-axis-label')].filter(label => {
+        pen.selectNodeContents(label);
+        const {left, right} = pen.getBoundingClientRect();
+        return left < box.left - 0.5 || right > box.right + 0.5;
+      }).map(label => label.textContent);
+    }));
+    assert.deepEqual(cut, []);
+  });
+
+  await check('lets the last of an odd number of plots fill its row', async () => {
+    const [row, last] = await page.evaluate(plots => plots.map(plot =>
+      document.querySelectorAll('figure.plot')[plot].clientWidth), [kEqual, kHalf]);
+    assert.ok(last > 1.9 * row, `${last} and ${row}`);
+  });
+
   await check('hides and shows a series from the legend', async () => {
     const click = plot => document.querySelectorAll('figure.plot')[plot].querySelector('.legend button').click();
     await page.evaluate(click, kLoop);
@@ -234,6 +361,12 @@ try {
     }));
     assert.ok(pageWidth <= window, `the page is ${pageWidth} pixels wide`);
     for (const spare of charts) assert.ok(spare >= 0);
+    const tables = await page.evaluate(() => [...document.querySelectorAll('main > .table')].map(box => ({
+      isWider: box.scrollWidth > box.clientWidth + 1,
+      hint: getComputedStyle(box, '::before').content.includes('scroll sideways'),
+    })));
+    assert.ok(tables.some(({isWider}) => isWider));
+    for (const {isWider, hint} of tables) assert.equal(hint, isWider);
     for (const {name, found, of} of await page.evaluate(seriesOnCanvas, kLoop)) assert.equal(found, of, name);
     await screenshot('narrow');
   });
@@ -259,6 +392,10 @@ function screenshot(name) {
 async function press({x, y}, clickCount) {
   for (const type of ['mousePressed', 'mouseReleased'])
     await page.send('Input.dispatchMouseEvent', {type, x, y, button: 'left', clickCount});
+}
+
+async function moveTo(plot, x, y) {
+  await page.send('Input.dispatchMouseEvent', {type: 'mouseMoved', ...await page.evaluate(placeOf, plot, x, y)});
 }
 
 async function dragTo(plot, from, to) {

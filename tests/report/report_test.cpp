@@ -1,7 +1,9 @@
 // Report pages: content of the file. tests/browser checks what a reader sees.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
@@ -20,6 +22,7 @@
 #include "hal/setup_error.h"
 #include "report/decimate.h"
 #include "report/report.h"
+#include "runtime/program/build_info.h"
 #include "tests/support/temporary_directory.h"
 
 namespace report_test {
@@ -64,7 +67,7 @@ TEST(Report, EscapesEveryTextItIsGiven) {
   page.plot(plot);
   const std::string html = page.html();
   EXPECT_FALSE(has(html, "<i>"));
-  EXPECT_TRUE(has(html, "<h2>&lt;i&gt;&quot;&amp;&#39;</h2>"));
+  EXPECT_TRUE(has(html, R"(<h2 id="section-1">&lt;i&gt;&quot;&amp;&#39;</h2>)"));
   EXPECT_TRUE(has(html, R"("title":"\u003ci>\"&'")"));
 }
 
@@ -76,7 +79,7 @@ TEST(Report, LoadsNothingFromElsewhere) {
   for (const char* loader : {" src=", "<link rel=\"stylesheet", "@import", "url("})
     EXPECT_FALSE(has(html, loader)) << loader;
   EXPECT_TRUE(has(html, "Permission is hereby granted"));  // the licence of dygraphs asks for it
-  EXPECT_LT(html.size(), 180'000U);                        // dygraphs takes 131 kB
+  EXPECT_LT(html.size(), 200'000U);                        // dygraphs takes 131 kB
 }
 
 TEST(Report, ParagraphsArePartedByEmptyLines) {
@@ -95,6 +98,39 @@ TEST(Report, TableNumbersHaveTheColumnsDecimalsOrFourDigits) {
        {">0.10<", ">–<", ">-1.00<", ">0.01250<", ">2.000e-07<", ">123457<", ">12345<", ">-3<", ">0<"})
     EXPECT_TRUE(has(html, std::string(R"(<td class="number")") + cell)) << cell;
   EXPECT_TRUE(has(html, "<td>left</td>"));
+}
+
+TEST(Report, NumbersOfSimilarSizeHaveTheSameDecimalsInAColumn) {
+  Page page("P");
+  page.table({{"speed"}, {"rounds up"}, {"tiny"}},
+             {{0.05023, -9.9999, 0.0007396}, {-4.001, 1.5, 0.0004337}, {9.9996, 0.0, 0.0}});
+  const std::string html = page.html();
+  for (const char* cell : {">0.05023<", ">-4.001<", ">10.00<", ">-10.000<", ">1.500<", ">0.000<",
+                           ">0.0007396<", ">0.0004337<", ">0.0000000<"})
+    EXPECT_TRUE(has(html, std::string(R"(<td class="number")") + cell)) << cell;
+}
+
+TEST(Report, SaysWhenWhereAndByWhichVersionItWasMade) {
+  std::array<char, 256> host{};
+  ASSERT_EQ(gethostname(host.data(), host.size() - 1), 0);
+  EXPECT_TRUE(has(Page("P").html(),
+                  std::string(" UTC on ") + host.data() + " by youbot-hal " + runtime::build_version()));
+}
+
+TEST(Report, SeveralHeadingsMakeContents) {
+  Page page("P");
+  page.heading("one & only");
+  EXPECT_FALSE(has(page.html(), "<nav"));
+  page.heading("two");
+  EXPECT_TRUE(has(page.html(), R"(<li><a href="#section-1">one &amp; only</a></li>)"));
+  EXPECT_TRUE(has(page.html(), R"(<li><a href="#section-2">two</a></li>)"));
+  EXPECT_TRUE(has(page.html(), R"(<h2 id="section-2">two</h2>)"));
+}
+
+TEST(Report, LinksAreCellsAndEscaped) {
+  Page page("P");
+  page.table({{"file"}}, {{report::Link{"a<b", "a\"b.csv"}}});
+  EXPECT_TRUE(has(page.html(), R"(<td><a href="a&quot;b.csv">a&lt;b</a></td>)"));
 }
 
 TEST(Report, RowsAsWideAsTheColumnsOnly) {
@@ -126,6 +162,12 @@ TEST(Report, RefusesWhatCannotBeDrawnAndNamesIt) {
   log_from_zero.y.log = true;
   log_from_zero.y.from = 0;
   EXPECT_TRUE(has(refused(log_from_zero), "positive"));
+  Plot equal = plot_of({{"s", {1}, {1}}});
+  equal.equal_axes = equal.x.log = true;
+  EXPECT_TRUE(has(refused(equal), "equal axes cannot be logarithmic"));
+  Plot marked = plot_of({{"s", {1}, {1}}});
+  marked.spans = {{"late", 2, 1}};
+  EXPECT_TRUE(has(refused(marked), R"(span "late" needs finite ends)"));
   EXPECT_FALSE(has(page.html(), "<figcaption>")) << "a refused plot leaves nothing behind";
 }
 
