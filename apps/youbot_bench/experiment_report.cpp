@@ -62,15 +62,20 @@ std::string stopped_early(const ExperimentRun& run, const std::filesystem::path&
   return text;
 }
 
-void add_configuration(report::Page& page, const std::vector<Setting>& settings) {
-  if (settings.empty()) return;
+/// The settings of the experiment itself. Those without a description belong to a bus: the file has them.
+void add_configuration(report::Page& page, const MeasuredExperiment& measured) {
+  if (measured.settings.empty()) return;
   std::vector<report::Row> rows;
-  for (const Setting& setting : settings) {
+  for (const Setting& setting : measured.settings) {
+    if (setting.help.empty()) continue;
     const runtime::Quantity quantity = runtime::quantity_of(setting.key);
     rows.push_back({quantity.name, setting.value.empty() ? std::string("–") : setting.value, quantity.unit,
                     setting.help});
   }
-  page.table({{"setting"}, {"value"}, {"unit"}, {"what it is"}}, rows, "Configuration");
+  rows.push_back({std::string("all settings"),
+                  report::Link{"experiment.toml", measured.name + "/experiment.toml"}, "",
+                  "also those of the robot's bus; runs the experiment again"});
+  page.table({{"setting"}, {"value"}, {"unit"}, {"what it is"}}, rows, "Configuration of " + measured.name);
 }
 
 void add(report::Page& page, const Section& section) {
@@ -84,7 +89,7 @@ void add(report::Page& page, const Section& section) {
   std::ranges::copy_if(section.findings.plots, std::back_inserter(plots),
                        [](const report::Plot& plot) { return !plot.series.empty(); });
   if (!plots.empty()) page.plots(plots);
-  add_configuration(page, section.measured.settings);
+  add_configuration(page, section.measured);
 }
 
 }  // namespace

@@ -329,7 +329,7 @@ void write_report(const std::filesystem::path& directory, const HapticHoldOption
     energy_mJ.push_back(1e3 * point.energy_J);
     age_ms.push_back(1e3 * point.age_s);
   }
-  const report::Axis time{"time", "s"};
+  const report::Axis time{.label = "time", .unit = "s", .link = "time"};
   const auto axes = [&time_s](const std::array<std::vector<double>, 3>& values) {
     return std::vector<report::Series>{{"x, towards the user", time_s, values[0]},
                                        {"y, to the right", time_s, values[1]},

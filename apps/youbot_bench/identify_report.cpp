@@ -148,14 +148,18 @@ std::vector<fits::Estimate> sliding_estimates(const IdentifiedModel& model) {
   return model.sliding ? model.sliding->parameters : std::vector<fits::Estimate>();
 }
 
-/// "Coulomb friction 0.0451 to 0.06 N·m", over the drives for which it was identified; otherwise empty.
+/// "Coulomb friction 0.0451 to 0.06 N·m", over the drives for which it was identified; otherwise empty. Of a
+/// drive in which several methods found it, the first.
 std::string found(std::span<const IdentifiedRig> rigs, const std::string& what, std::string_view effect,
                   std::string_view parameter) {
   std::vector<double> values;
   for (const auto& [model, evidence] : rigs)
-    for (const auto& estimates : {sliding_estimates(model), model.moving, model.presliding})
-      if (const fits::Estimate* const estimate = fits::find_estimate(estimates, effect, parameter))
-        if (estimate->ok()) values.push_back(estimate->value);
+    for (const auto& estimates : {sliding_estimates(model), model.moving, model.presliding}) {
+      const fits::Estimate* const estimate = fits::find_estimate(estimates, effect, parameter);
+      if (estimate == nullptr || !estimate->ok()) continue;
+      values.push_back(estimate->value);
+      break;
+    }
   return values.empty() ? "" : what + " " + runtime::range_text(values, runtime::quantity_of(parameter).unit);
 }
 

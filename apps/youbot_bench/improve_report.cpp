@@ -124,7 +124,7 @@ void add_driving(report::Page& page, const Improvement& improvement) {
                      .x = {"time", "s"},
                      .y = {"rms of the wheels' places", "m"},
                      .series = {}};
-  report::Plot path{.title = "The path", .x = {"x", "m"}, .y = {"y", "m"}, .series = {}};
+  report::Plot path{.title = "The path", .x = {"x", "m"}, .y = {"y", "m"}, .series = {}, .equal_axes = true};
   const auto add_path = [&path](const char* name, const std::vector<control::PlanarPose>& poses,
                                 report::Style style) {
     report::Series series{.name = name, .x = {}, .y = {}, .style = style};
@@ -236,12 +236,18 @@ report::Page improvement_page(const Improvement& improvement, const std::string&
   for (const analysis::Findings& findings : improvement.wheels) {
     const identification::gap::Result& result = findings.result;
     rows.push_back({findings.drive, std::string(identification::gap::verdict_name(result.verdict)),
-                    named_by(findings), result.gap_before_Nm, result.gap_after_Nm, result.noise_floor_Nm});
+                    named_by(findings), result.gap_before_Nm, result.gap_after_Nm, result.noise_floor_Nm,
+                    report::Link{"report", findings.drive + "/report.html"}});
   }
   if (!rows.empty())
-    page.table(
-        {{"drive"}, {"verdict"}, {"named"}, {"gap before", "N·m"}, {"gap after", "N·m"}, {"noise", "N·m"}},
-        rows, "What the search named; wheel-N/report.html has the evidence");
+    page.table({{"drive"},
+                {"verdict"},
+                {"named"},
+                {"gap before", "N·m"},
+                {"gap after", "N·m"},
+                {"noise", "N·m"},
+                {"evidence"}},
+               rows, "What the search named");
 
   add_driving(page, improvement);
   if (!reveal.empty()) {

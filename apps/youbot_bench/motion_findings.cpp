@@ -15,7 +15,6 @@ namespace {
 using report::Plot;
 using report::Series;
 
-const report::Axis kTime{"time", "s"};
 const report::Axis kVelocity{"velocity", "rad/s"};
 
 struct Ends {
@@ -31,13 +30,14 @@ struct Ends {
 Findings driven_findings(const MeasuredExperiment& measured, bool velocity_commanded) {
   constexpr std::size_t kPoints = 3600;
   const char* const command_name = velocity_commanded ? "velocity_command_rad_per_s" : "torque_command_Nm";
+  const report::Axis time{.label = "time", .unit = "s", .link = measured.name};
   Plot command{.title = "Command, the same for all",
-               .x = kTime,
+               .x = time,
                .y = velocity_commanded ? kVelocity : report::Axis{"torque", "N·m"},
                .series = {}};
-  Plot velocity{.title = "Velocity", .x = kTime, .y = kVelocity, .series = {}};
-  Plot torque{.title = "Torque, measured", .x = kTime, .y = {"torque", "N·m"}, .series = {}};
-  Plot displacement{.title = "Displacement", .x = kTime, .y = {"displacement", "rad"}, .series = {}};
+  Plot velocity{.title = "Velocity", .x = time, .y = kVelocity, .series = {}};
+  Plot torque{.title = "Torque, measured", .x = time, .y = {"torque", "N·m"}, .series = {}};
+  Plot displacement{.title = "Displacement", .x = time, .y = {"displacement", "rad"}, .series = {}};
   Findings findings{.table = {.caption = "What the joints reached",
                               .columns = {{"joint"},
                                           {"fastest forward", "rad/s"},
@@ -96,7 +96,7 @@ Findings stick_slip_findings(const MeasuredExperiment& measured) {
           .caption = "Slips of each pull",
           .columns = {{"joint"}, {"direction"}, {"slips"}, {"mean slip", "rad"}, {"let go at", "N·m"}}}};
   Plot pull{.title = "Torque of the spring",
-            .x = {"time since the pull began", "s"},
+            .x = {.label = "time since the pull began", .unit = "s", .link = measured.name},
             .y = {"torque, commanded", "N·m"},
             .series = {}};
   const std::string slow =
@@ -123,8 +123,10 @@ Findings stick_slip_findings(const MeasuredExperiment& measured) {
     }
     if (!slips.empty()) (all_slips > 0 ? slipping : holding).push_back(joint.name);
     if (pulled.x.empty()) continue;
-    Plot velocity{
-        .title = joint.name, .x = {"time since the pull began", "s"}, .y = kVelocity, .series = {forward}};
+    Plot velocity{.title = joint.name,
+                  .x = {.label = "time since the pull began", .unit = "s", .link = measured.name},
+                  .y = kVelocity,
+                  .series = {forward}};
     if (!slips.empty())
       velocity.title +=
           all_slips > 0 ? ": " + runtime::count_text(std::llround(all_slips), "slip") : ": no slip " + slow;
@@ -166,7 +168,8 @@ Findings compensation_findings(const MeasuredExperiment& measured) {
     for (std::size_t i = 0; i < swings.size(); ++i)
       findings.table.rows.push_back({joint.name, std::string(compensated[i] > 0 ? "with" : "without"),
                                      swings[i], result(joint, "first_swing_rad")[i],
-                                     result(joint, "final_error_rad")[i], result(joint, "passive_gain")[i]});
+                                     result(joint, "final_error_rad")[i],
+                                     compensated[i] > 0 ? result(joint, "passive_gain")[i] : kUnknown});
     if (!swings.empty()) gains.push_back(result(joint, "passive_gain").front());
     for (const bool is_with : {false, true}) {
       const std::vector<double> those = chosen(swings, compensated, is_with ? 1.0 : 0.0);
@@ -178,7 +181,7 @@ Findings compensation_findings(const MeasuredExperiment& measured) {
     }
     if (without.x.empty()) continue;
     Plot swinging{.title = joint.name + " after a push",
-                  .x = {"time since the push", "s"},
+                  .x = {.label = "time since the push", .unit = "s", .link = measured.name},
                   .y = {"displacement", "rad"},
                   .series = {}};
     if (!with.x.empty()) swinging.series.push_back(with);

@@ -51,11 +51,13 @@ Findings torque_ramp_findings(const MeasuredExperiment& measured) {
   constexpr double kShownSteps = 10;  // of the encoder: slightly more than any joint's displacement before it
                                       // slides
   Plot torque{.title = "Torque",
-              .x = {"time since the ramp began", "s"},
+              .x = {.label = "time since the ramp began", .unit = "s", .link = measured.name},
               .y = {"torque, measured", "N·m"},
               .series = {}};
-  Plot displacement{
-      .title = "Displacement", .x = {"time since the ramp began", "s"}, .y = kDisplacement, .series = {}};
+  Plot displacement{.title = "Displacement",
+                    .x = {.label = "time since the ramp began", .unit = "s", .link = measured.name},
+                    .y = kDisplacement,
+                    .series = {}};
   Plot presliding{.title = "Before it breaks away a joint yields like a spring",
                   .x = kDisplacement,
                   .y = {"torque, commanded", "N·m"},
@@ -230,8 +232,14 @@ Findings dahl_findings(const MeasuredExperiment& measured) {
 Findings presliding_findings(const MeasuredExperiment& measured) {
   constexpr std::size_t kPoints = 3600;
   constexpr double kCameBack = 0.5;  // of the largest displacement; a spring returns no more
-  Plot torque{.title = "Torque, the same for all", .x = {"time", "s"}, .y = kTorque, .series = {}};
-  Plot motion{.title = "Displacement", .x = {"time", "s"}, .y = kDisplacement, .series = {}};
+  Plot torque{.title = "Torque, the same for all",
+              .x = {.label = "time", .unit = "s", .link = measured.name},
+              .y = kTorque,
+              .series = {}};
+  Plot motion{.title = "Displacement",
+              .x = {.label = "time", .unit = "s", .link = measured.name},
+              .y = kDisplacement,
+              .series = {}};
   Findings findings{
       .table = {.caption = "How far the torque moved the joints",
                 .columns = {{"joint"}, {"run"}, {"largest displacement", "rad"}, {"at the end", "rad"}}}};

@@ -86,7 +86,7 @@ Findings steady_state_findings(const MeasuredExperiment& measured) {
            .x = {"velocity", "rad/s"},
            .y = {"friction torque", "N·m"},
            .series = {},
-           .note = "Bars: 95 % interval of the mean."};
+           .note = "Bars: 95 % interval of the mean, shorter than a marker where none is seen."};
   Plot slow = all;
   slow.title = "The same at low speed, up to " + runtime::number_text(kSlow_rad_per_s, "rad/s");
   Plot interval{.title = "How well each point is known",

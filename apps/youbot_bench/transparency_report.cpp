@@ -157,11 +157,12 @@ std::string set_up_text(const TransparencyPlan& plan) {
       plan.control.mapping.motion_scale / plan.control.feedback.force_scale);
 }
 
+const report::Axis kFrequency{.label = "frequency", .unit = "Hz", .log = true, .link = "frequency"};
+
 /// Over frequency, for each condition; gaps at invalid points.
 report::Plot over_frequency(const std::string& title, const report::Axis& y, const Results& results,
                             const std::function<double(const HybridPoint&)>& value) {
-  report::Plot plot{
-      .title = title, .x = {.label = "frequency", .unit = "Hz", .log = true}, .y = y, .series = {}};
+  report::Plot plot{.title = title, .x = kFrequency, .y = y, .series = {}};
   for (const TransparencyResult& result : results) {
     if (result.points.empty()) continue;
     report::Series series{
@@ -175,6 +176,20 @@ report::Plot over_frequency(const std::string& title, const report::Axis& y, con
   return plot;
 }
 
+/// Without jumps of a full turn from one point to the next.
+report::Plot unwrapped(report::Plot phase_deg) {
+  constexpr double kTurn_deg = 360;
+  for (report::Series& series : phase_deg.series) {
+    double last = 0;
+    for (double& y : series.y) {
+      if (!std::isfinite(y)) continue;
+      y -= kTurn_deg * std::round((y - last) / kTurn_deg);
+      last = y;
+    }
+  }
+  return phase_deg;
+}
+
 /// A rounding error has no place in a logarithmic plot, and no phase.
 void add_element(report::Page& page, const Results& results, const std::string& name, const std::string& unit,
                  Eigen::Index row, Eigen::Index column) {
@@ -185,16 +200,17 @@ void add_element(report::Page& page, const Results& results, const std::string& 
                              [=](const HybridPoint& point) {
                                return shown(point) ? std::abs(point.H(row, column)) : kUnknown;
                              }),
-              over_frequency("Phase of " + name, {.label = "phase", .unit = "°"}, results,
-                             [=](const HybridPoint& point) {
-                               return shown(point) ? std::arg(point.H(row, column)) * 180 / std::numbers::pi
-                                                   : kUnknown;
-                             })});
+              unwrapped(over_frequency("Phase of " + name, {.label = "phase", .unit = "°"}, results,
+                                       [=](const HybridPoint& point) {
+                                         return shown(point)
+                                                    ? std::arg(point.H(row, column)) * 180 / std::numbers::pi
+                                                    : kUnknown;
+                                       }))});
 }
 
 report::Plot felt_plot(const TransparencyResult& result) {
   report::Plot plot{.title = condition_text(result.condition),
-                    .x = {.label = "frequency", .unit = "Hz", .log = true},
+                    .x = kFrequency,
                     .y = {.label = "impedance", .unit = "N·s/m", .log = true},
                     .series = {}};
   unsigned look = 0;
@@ -311,9 +327,9 @@ report::Page transparency_page(const TransparencyPlan& plan, const Results& resu
     for (const double value : figure.values) row.emplace_back(number(value));
     rows.push_back(std::move(row));
   }
-  page.table(
-      columns, rows,
-      "A dash means not available; for a bandwidth, that the gain does not fall by 3 dB within the band");
+  page.table(columns, rows, "Measures");
+  page.text(
+      "A dash means not available; for a bandwidth, that the gain does not fall by 3 dB within the band.");
   if (!discarded.empty()) page.text(discarded);
   if (std::ranges::all_of(results, [](const TransparencyResult& r) { return r.points.empty(); })) return page;
 
