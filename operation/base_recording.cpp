@@ -8,14 +8,6 @@
 #include "runtime/recording/started.h"
 
 namespace operation {
-namespace {
-
-std::vector<Eigen::Vector3d> reference_and_base(const CycleRecord& record) {
-  return {{record.reference_W[0], record.reference_W[1], 0}, {record.odometry_W[0], record.odometry_W[1], 0}};
-}
-
-}  // namespace
-
 BaseRecording::Description base_recording(const BaseRecordingOptions& options) {
   BaseRecording::Description description{
       .directory = options.directory,
@@ -25,9 +17,7 @@ BaseRecording::Description base_recording(const BaseRecordingOptions& options) {
                    {"friction_compensation", options.friction_compensation ? "true" : "false"},
                    runtime::started_now(),
                    {"software", runtime::build_version()}},
-      .tables = {},
-      .way = {{{"reference", report::Style::kDashed}, {"base"}}, /*from_the_side=*/false, options.workspace},
-      .places_W_m = reference_and_base};
+      .tables = {}};
   add_workspace(options.workspace, description.comments);
   const bool wheels_apart = options.config.format == runtime::RecordingFormat::kCsv;
   for (std::size_t i = 0; wheels_apart && i < kWheels; ++i)

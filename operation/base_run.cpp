@@ -2,30 +2,35 @@
 
 #include <utility>
 
+#include "operation/base_page.h"
 #include "operation/base_recording.h"
 
 namespace operation {
-namespace {
 
-std::unique_ptr<BaseRecording> make_recording(const Config& config, const RunOptions& options) {
-  if (!options.record_directory) return nullptr;
+BaseRun::Around BaseRun::around(const Config& config, const RunOptions& options,
+                                std::function<void(const CycleRecord&)> after_cycle) {
+  Around around{
+      .rig = "base", .report = nullptr, .recording = nullptr, .after_cycle = std::move(after_cycle)};
+  if (!options.record_directory) return around;
   check_record_directory(*options.record_directory, options.record_format);
-  return std::make_unique<BaseRecording>(
+  around.report = base_report(config.cycle, options.experiment);
+  BaseRecording::Description description =
       base_recording({.directory = *options.record_directory,
                       .config = recording_config(config, options),
                       .experiment = options.experiment,
                       .friction_compensation = config.cycle.controller.compensate_friction,
                       .period = config.cycle.period,
-                      .workspace = config.cycle.workspace}));
+                      .workspace = config.cycle.workspace});
+  description.also = [report = around.report.get()](const CycleRecord& record) { report->add(record); };
+  around.recording = std::make_unique<BaseRecording>(std::move(description));
+  return around;
 }
-
-}  // namespace
 
 BaseRun::BaseRun(const Config& config, const RunOptions& options, hal::Robot& robot,
                  std::unique_ptr<MotionSource> motion, const control::PlanarPose* truth,
                  std::function<void(const CycleRecord&)> after_cycle)
-    : RecordedRun(config, options, {"base", make_recording(config, options), std::move(after_cycle)},
-                  config.cycle, robot, *motion, truth),
+    : RecordedRun(config, options, around(config, options, std::move(after_cycle)), config.cycle, robot,
+                  *motion, truth),
       robot_(robot),
       motion_(std::move(motion)) {}
 

@@ -29,6 +29,8 @@ class BaseRun final : public RecordedRun<Cycle, CycleRecord, Summary> {
   Progress progress() const noexcept override;
 
  private:
+  static Around around(const Config& config, const RunOptions& options,
+                       std::function<void(const CycleRecord&)> after_cycle);
   bool sum_up(CycleRecord& record) noexcept override;
   std::string stop_reason() override;
 

@@ -1,8 +1,10 @@
 /// @file
-/// Common part of runs around their cycle: recording, summary, and the last second for a fault report.
+/// Common part of runs around their cycle: recording with its page, summary, and the last second for a fault
+/// report.
 #pragma once
 #include <chrono>
 #include <cstddef>
+#include <exception>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -14,6 +16,7 @@
 #include "operation/live_feed.h"
 #include "operation/run.h"
 #include "operation/run_recording.h"
+#include "operation/run_report.h"
 #include "runtime/configuration/plausibility_config.h"
 #include "runtime/recording/flight_recorder.h"
 #include "runtime/recording/started.h"
@@ -55,22 +58,26 @@ class RecordedRun : public Run {
     if (recording_) finish(*recording_, summary_);
     summary_.once_silent_checks = cycle_.once_silent_checks();
     summary_.stop_reason = stop_reason();
-    if (summary_.stop_reason.empty()) return;
-    summary_.fault_report = runtime::write_fault_report(
-        options_.record_directory,
-        [&](const std::filesystem::path& path) {
-          flight_recorder_.write(path, rig_, started_, summary_.stop_reason);
-        },
-        frames, summary_.stop_reason, summary_.recording_problems);
+    if (!summary_.stop_reason.empty()) {
+      summary_.stop_time = cycle_.stop_reason().time;
+      summary_.fault_report = runtime::write_fault_report(
+          options_.record_directory,
+          [&](const std::filesystem::path& path) {
+            flight_recorder_.write(path, rig_, started_, summary_.stop_reason);
+          },
+          frames, summary_.stop_reason, summary_.recording_problems);
+    }
+    write_page();
   }
   Summary& summary() noexcept final { return summary_; }
 
  protected:
   /// Parts around the cycle.
   struct Around {
-    std::string rig;                                  ///< name in the fault report
-    std::unique_ptr<RunRecording<Record>> recording;  ///< null without a recording
-    std::function<void(const Record&)> after_cycle;   ///< may be empty
+    std::string rig;                                     ///< name in the fault report
+    std::unique_ptr<RunReport<Record, Summary>> report;  ///< null without a recording
+    std::unique_ptr<RunRecording<Record>> recording;     ///< likewise; adds to the report
+    std::function<void(const Record&)> after_cycle;      ///< may be empty
   };
   template <typename... CycleArguments>
   RecordedRun(const Config& config, const RunOptions& options, Around around, CycleArguments&&... of_cycle)
@@ -78,6 +85,7 @@ class RecordedRun : public Run {
         options_(options),
         rig_(std::move(around.rig)),
         flight_recorder_(static_cast<std::size_t>(kFlightRecorderSpan / config.cycle.period)),
+        report_(std::move(around.report)),
         recording_(std::move(around.recording)),
         after_cycle_(std::move(around.after_cycle)) {
     summary_.robot = config.robot.name;
@@ -96,11 +104,22 @@ class RecordedRun : public Run {
  private:
   static constexpr std::chrono::seconds kFlightRecorderSpan{1};
 
+  /// A run that ended before its first cycle leaves nothing.
+  void write_page() {
+    if (!report_ || summary_.cycles_recorded + summary_.cycles_lost == 0) return;
+    try {
+      report_->page(summary_).write(*options_.record_directory / "report.html");
+    } catch (const std::exception& failure) {
+      summary_.recording_problems.emplace_back(failure.what());
+    }
+  }
+
   RunOptions options_;
   std::string rig_;
   runtime::RecordingFile::Comment started_ = runtime::started_now();
   runtime::FlightRecorder<Record> flight_recorder_;
-  std::unique_ptr<RunRecording<Record>> recording_;
+  std::unique_ptr<RunReport<Record, Summary>> report_;
+  std::unique_ptr<RunRecording<Record>> recording_;  // its thread uses the report
   std::function<void(const Record&)> after_cycle_;
 };
 

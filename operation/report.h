@@ -12,6 +12,9 @@ namespace operation {
 std::string report(const Summary& summary);
 std::string report(const TeleopSummary& summary);
 
+/// "done"
+const char* result_text(sim::TaskResult result);
+
 /// The part common to all runs: the loop's figures, and the reports of robot, system and recording.
 std::string report_of_any_run(const RunSummary& summary);
 

@@ -1,8 +1,7 @@
 /// @file
-/// A run on disk: its tables, its configuration, and report.html.
+/// A run on disk: its tables and its configuration.
 #pragma once
 #include <cstdint>
-#include <exception>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -10,7 +9,6 @@
 #include <vector>
 
 #include "operation/recording_state.h"
-#include "operation/way_report.h"
 #include "runtime/recording/record_rows.h"
 #include "runtime/recording/recording.h"
 #include "runtime/recording/recording_directory.h"
@@ -47,19 +45,16 @@ class RunRecording {
     runtime::RecordingConfig config;
     std::vector<runtime::RecordingFile::Comment> comments;  ///< of each table, after its rig
     std::vector<Table> tables;
-    WayReport way;
-    std::vector<Eigen::Vector3d> (*places_W_m)(const Record&);  ///< for WayReport::add()
+    std::function<void(const Record&)> also{};  ///< gets each record on the writer's thread; may be empty
   };
 
   /// Setup. @throws hal::SetupError if not all files can be created and their headers written; nothing is
   /// left there then.
   explicit RunRecording(Description description)
       : new_recording_(description.directory, description.config, setup_problems_),
-        way_(std::move(description.way)),
-        report_(description.directory / "report.html"),
-        recording_(open(description), [this, places_W_m = description.places_W_m](const Record& record) {
+        recording_(open(description), [this, also = std::move(description.also)](const Record& record) {
           new_recording_.keep();
-          way_.add(places_W_m(record), record.limited);
+          if (also) also(record);
         }) {}
 
   /// Cycle: wait-free.
@@ -67,16 +62,8 @@ class RunRecording {
   /// Not for a real-time cycle: waits until add() has room, for loops faster than the disk.
   void wait_for_room() noexcept { recording_.wait_for_room(); }
 
-  /// Writes what is pending, closes the files and writes the page. Call before the results below.
-  void close() noexcept {
-    recording_.close();
-    if (recording_.cycles_added() == 0) return;  // nothing is left of it
-    try {
-      way_.write(report_);
-    } catch (const std::exception& failure) {
-      report_problem_ = failure.what();
-    }
-  }
+  /// Writes what is pending and closes the files. Call before the results below.
+  void close() noexcept { recording_.close(); }
 
   std::uint64_t cycles_recorded() const noexcept { return recording_.cycles_recorded(); }
   std::uint64_t cycles_lost() const noexcept { return recording_.cycles_lost(); }
@@ -87,7 +74,6 @@ class RunRecording {
   /// Texts on what went wrong; empty if everything is on disk.
   std::vector<std::string> problems() const {
     std::vector<std::string> problems = setup_problems_;
-    if (!report_problem_.empty()) problems.push_back(report_problem_);
     for (std::string& problem : recording_.problems()) problems.push_back(std::move(problem));
     return problems;
   }
@@ -104,10 +90,7 @@ class RunRecording {
   }
 
   std::vector<std::string> setup_problems_;
-  runtime::NewRecording new_recording_;  // removes the files unless there are rows
-  WayReport way_;
-  std::filesystem::path report_;
-  std::string report_problem_;
+  runtime::NewRecording new_recording_;   // removes the files unless there are rows
   runtime::Recording<Record> recording_;  // last: its thread uses what is above
 };
 

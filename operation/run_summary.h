@@ -1,6 +1,7 @@
 /// @file
 /// Summary common to all runs of the daemon.
 #pragma once
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -21,9 +22,10 @@ struct RunSummary {
   control::ChecksOff once_silent_checks;  ///< of the sensors: those that did not run for a while
   std::uint64_t cycles_setpoint_limited = 0;
   std::uint64_t cycles_torque_rate_limited = 0;
-  std::uint64_t cycles_at_wall = 0;  ///< at a workspace limit
-  bool cut_short = false;            ///< stopped on request or by the duration, before it was finished
-  std::string stop_reason;           ///< empty if there was no fault
+  std::uint64_t cycles_at_wall = 0;      ///< at a workspace limit
+  bool cut_short = false;                ///< stopped on request or by the duration, before it was finished
+  std::string stop_reason;               ///< empty if there was no fault
+  std::chrono::nanoseconds stop_time{};  ///< of the fault, as in the recording
   std::optional<std::filesystem::path> fault_report;
   bool recorded = false;
   std::uint64_t cycles_recorded = 0;

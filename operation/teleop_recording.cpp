@@ -16,12 +16,6 @@ constexpr const char* kNoTruth =
     "known in simulation";
 constexpr const char* kNoOpening = "gripper_opening_m: no gripper command was sent";
 
-std::vector<Eigen::Vector3d> base_setpoint_and_tip(const TeleopRecord& record) {
-  return {{record.base_W[0], record.base_W[1], 0},
-          Eigen::Vector3d(record.setpoint_p_WT_m.data()),
-          Eigen::Vector3d(record.tip_p_WT_m.data())};
-}
-
 }  // namespace
 
 TeleopRecording::Description teleop_recording(const TeleopRecordingOptions& options) {
@@ -33,11 +27,7 @@ TeleopRecording::Description teleop_recording(const TeleopRecordingOptions& opti
                    {"not_measured", kNoOpening},
                    runtime::started_now(),
                    {"software", runtime::build_version()}},
-      .tables = {},
-      .way = {{{"base"}, {"set-point", report::Style::kDashed}, {"end effector"}},
-              /*from_the_side=*/true,
-              options.workspace},
-      .places_W_m = base_setpoint_and_tip};
+      .tables = {}};
   add_workspace(options.workspace, description.comments);
   if (!options.simulated) description.comments.push_back({"not_measured", kNoTruth});
   description.tables.push_back({.file = "teleoperation", .rig = "base+arm"});

@@ -6,11 +6,8 @@
 #include "operation/report.h"
 
 namespace operation {
-namespace {
 
-using hal::seconds;
-
-std::string result(sim::TaskResult result) {
+const char* result_text(sim::TaskResult result) {
   switch (result) {
     case sim::TaskResult::kNotBegun: return "not begun";
     case sim::TaskResult::kUnderWay: return "not finished";
@@ -20,10 +17,14 @@ std::string result(sim::TaskResult result) {
   return "";
 }
 
+namespace {
+
+using hal::seconds;
+
 std::string line(const TaskReport& task) {
-  std::string text =
-      fmt::format("  {:<12} {:<12} {:>5.1f} s   felt up to {:.2f} N", task.name, result(task.outcome.result),
-                  seconds(task.outcome.duration), task.outcome.largest_force_N);
+  std::string text = fmt::format("  {:<12} {:<12} {:>5.1f} s   felt up to {:.2f} N", task.name,
+                                 result_text(task.outcome.result), seconds(task.outcome.duration),
+                                 task.outcome.largest_force_N);
   if (!std::isnan(task.outcome.mean_path_error_m))
     text += fmt::format(", off the path {:.1f} mm on average, {:.1f} mm at most",
                         1e3 * task.outcome.mean_path_error_m, 1e3 * task.outcome.largest_path_error_m);

@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include "operation/teleop_page.h"
 #include "operation/teleop_recording.h"
 
 namespace operation {
@@ -31,17 +32,6 @@ TeleopCycle::Config cycle_config(const Config& config, const hal::HapticInfo& ma
   return teleoperation;
 }
 
-std::unique_ptr<TeleopRecording> make_recording(const Config& config, const RunOptions& options,
-                                                bool simulated) {
-  if (!options.record_directory) return nullptr;
-  check_record_directory(*options.record_directory, options.record_format);
-  return std::make_unique<TeleopRecording>(teleop_recording({.directory = *options.record_directory,
-                                                             .config = recording_config(config, options),
-                                                             .period = config.cycle.period,
-                                                             .simulated = simulated,
-                                                             .workspace = config.teleoperation.workspace}));
-}
-
 double length(const std::array<double, 3>& v) noexcept { return std::hypot(v[0], v[1], v[2]); }
 
 }  // namespace
@@ -53,11 +43,28 @@ runtime::OpenedHaptic open_master(const Config& config, const hal::Clock& clock)
   return runtime::open_haptic(options, clock, config.cycle.period);
 }
 
+TeleopRun::Around TeleopRun::around(const Config& config, const RunOptions& options, const hal::Robot& robot,
+                                    bool simulated, std::function<void(const TeleopRecord&)> after_cycle) {
+  Around around{
+      .rig = "base+arm", .report = nullptr, .recording = nullptr, .after_cycle = std::move(after_cycle)};
+  if (!options.record_directory) return around;
+  check_record_directory(*options.record_directory, options.record_format);
+  around.report = teleop_report(config.teleoperation, robot);
+  TeleopRecording::Description description =
+      teleop_recording({.directory = *options.record_directory,
+                        .config = recording_config(config, options),
+                        .period = config.cycle.period,
+                        .simulated = simulated,
+                        .workspace = config.teleoperation.workspace});
+  description.also = [report = around.report.get()](const TeleopRecord& record) { report->add(record); };
+  around.recording = std::make_unique<TeleopRecording>(std::move(description));
+  return around;
+}
+
 TeleopRun::TeleopRun(const Config& config, const RunOptions& options, hal::Robot& robot,
                      hal::HapticDevice& master, const sim::MobileManipulator* truth,
                      std::function<void(const TeleopRecord&)> after_cycle)
-    : RecordedRun(config, options,
-                  {"base+arm", make_recording(config, options, truth != nullptr), std::move(after_cycle)},
+    : RecordedRun(config, options, around(config, options, robot, truth != nullptr, std::move(after_cycle)),
                   cycle_config(config, master.info()), robot, master),
       robot_(robot),
       master_(master),

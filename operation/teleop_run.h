@@ -47,6 +47,8 @@ class TeleopRun final : public RecordedRun<TeleopCycle, TeleopRecord, TeleopSumm
   const Eigen::Isometry3d& X_WT() const noexcept { return cycle_.task().X_WT(); }  ///< from the joints
 
  private:
+  static Around around(const Config& config, const RunOptions& options, const hal::Robot& robot,
+                       bool simulated, std::function<void(const TeleopRecord&)> after_cycle);
   bool sum_up(TeleopRecord& record) noexcept override;
   std::string stop_reason() override;
 

@@ -1,6 +1,7 @@
 #include "operation/session.h"
 
 #include <gtest/gtest.h>
+#include <spdlog/fmt/fmt.h>
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -227,15 +228,34 @@ TEST_F(Session, TheReportBesideARecordingDrawsTheWayAndTheWallsAndCountsWhatWasL
   EXPECT_GT(summary.cycles_setpoint_limited, 0U);
   std::ifstream page(directory / "run/report.html");
   const std::string text(std::istreambuf_iterator<char>(page), {});
-  EXPECT_NE(text.find("walls for the base's centre"), std::string::npos);
+  EXPECT_NE(text.find("workspace of the base's centre"), std::string::npos);
   EXPECT_NE(text.find("From above"), std::string::npos);
   // Two limits, over the driven range plus a tenth of a metre.
   EXPECT_NE(text.find("[-0.5,-0.5,-0.5,1.5,1.5,1.5]"), std::string::npos);
-  const std::size_t row = text.find("speed, acceleration or jerk of a set-point");
+  const std::size_t row = text.find("set-point at its limit of speed, acceleration or jerk");
   ASSERT_NE(row, std::string::npos);
   EXPECT_NE(text.substr(row, 120).find(">" + std::to_string(summary.cycles_setpoint_limited) + "<"),
             std::string::npos)
       << text.substr(row, 120);
+}
+
+TEST_F(Session, TheReportOfAFaultGivesTimeAndCauseAndLinksTheLastSecond) {
+  config.cycle.controller.compensate_friction = false;
+  options.record_directory = directory / "run";
+  const Summary summary = run_session(config, options, stop);
+  ASSERT_TRUE(summary.fell_behind);
+  ASSERT_TRUE(summary.fault_report);
+  std::ifstream page(directory / "run/report.html");
+  const std::string text(std::istreambuf_iterator<char>(page), {});
+  EXPECT_NE(text.find(", stopped by a fault</h1>"), std::string::npos);
+  const std::string cause = summary.stop_reason.substr(0, summary.stop_reason.find('\''));
+  EXPECT_NE(text.find("<td>cause</td><td>" + cause), std::string::npos) << cause;
+  const std::string file = summary.fault_report->filename().string();
+  EXPECT_NE(text.find("href=\"" + file + "\""), std::string::npos) << file;
+  const double fault_s = std::chrono::duration<double>(summary.stop_time).count();
+  EXPECT_GT(fault_s, 0.2) << "the window of the following error";
+  EXPECT_NE(text.find(fmt::format("<td>time</td><td>{:.3f} s</td>", fault_s)), std::string::npos) << fault_s;
+  EXPECT_NE(text.find("\"name\":\"fault\",\"from\":"), std::string::npos);
 }
 
 TEST_F(Session, AWorkspaceThatCannotBeIsRefused) {

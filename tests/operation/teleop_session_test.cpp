@@ -395,6 +395,32 @@ TEST(TeleopRecording, EachColumnHoldsWhatItsNameSays) {
   }
 }
 
+TEST_F(TeleopSession, TheReportHasTheSummarysNumbersTasksAndLimits) {
+  options.tasks = demo_tasks();
+  options.record_directory = directory / "run";
+  const TeleopSummary summary = run_teleop_session(config, options, stop);
+  EXPECT_TRUE(summary.recording_problems.empty());
+  const std::string page = text_of(*options.record_directory / "report.html");
+  const auto says = [&page](const std::string& text) { return page.find(text) != std::string::npos; };
+  EXPECT_TRUE(says(fmt::format("up to {:.2f} N on the hand", summary.largest_grip_force_N)));
+  EXPECT_TRUE(says("<p>No fault.</p>"));
+  for (const TaskReport& task : summary.tasks)
+    EXPECT_TRUE(says(fmt::format("<td>{}</td><td>done</td><td class=\"number\">{:.1f}</td>", task.name,
+                                 std::chrono::duration<double>(task.outcome.duration).count())))
+        << task.name;
+  EXPECT_TRUE(
+      says(fmt::format("set-point at its limit of speed, acceleration or jerk</td><td "
+                       "class=\"number\">{}</td>",
+                       summary.cycles_setpoint_limited)));
+  // The end stops of joint 1 are 338° apart (youBot data sheet, axis 1: ±169°).
+  EXPECT_TRUE(says("<td class=\"number\">5.899</td>"));
+  for (const char* title : {"From above", "From the right side", "Force on the hand", "Energy", "Phases",
+                            "Arm, between the end stops", "Limits touched"})
+    EXPECT_TRUE(says(title)) << title;
+  EXPECT_TRUE(says("\"name\":\"drive far\",\"from\":")) << "tasks are marked in the plots over time";
+  EXPECT_LT(page.size(), 1'200'000U);
+}
+
 TEST_F(TeleopSession, RecordsEveryCycleInTheContractsFormatAndTheConfigurationThatMadeIt) {
   be_quick();
   options.tasks = {{sim::tasks::Reach{{0.37, 0.05, 0.38}}}};
