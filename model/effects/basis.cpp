@@ -37,6 +37,7 @@ AnyEffect basis_of(const AnyEffect& effect, std::string_view amplitude) {
   if (!is_amplitude(amplitude))
     throw std::invalid_argument("effect " + std::string(name_of(effect)) + " is not linear in " +
                                 std::string(amplitude));
+  if (const Custom* custom = std::get_if<Custom>(&effect)) return custom->with_unit_amplitude();
   std::vector<double> values = values_of(effect);
   const auto& parameters = description_of(effect).parameters;
   for (std::size_t i = 0; i < values.size(); ++i)

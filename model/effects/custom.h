@@ -48,6 +48,13 @@ class Custom {
   /// `kind` lives as long as the program. @throws std::invalid_argument as require_within()
   Custom(const CustomEffect& kind, double amplitude, double shape);
 
+  /// The same with an amplitude of 1, which may be outside its bounds: a column of a regression.
+  Custom with_unit_amplitude() const noexcept {
+    Custom unit = *this;
+    unit.amplitude_ = 1;
+    return unit;
+  }
+
   const CustomEffect& kind() const noexcept { return *kind_; }
   double amplitude() const noexcept { return amplitude_; }
   double shape() const noexcept { return shape_; }

@@ -87,6 +87,19 @@ TEST(CustomEffects, OneActsAndIsDescribedAsTheLibrarysDo) {
             std::string::npos);
 }
 
+TEST(CustomEffects, ItsColumnHasTheAmplitudeOneEvenBeyondItsBounds) {
+  static const bool kAdded =
+      (add_custom_effect({.name = "bounded_below_one",
+                          .shows = "a constant torque of less than half a newton metre",
+                          .amplitude = {"torque_Nm", 0, 0.5, 0.01},
+                          .level = [](const Sliding&, double) noexcept { return 2.0; }}),
+       true);
+  EXPECT_TRUE(kAdded);
+  const AnyEffect column = basis_of(make_effect("bounded_below_one"), "torque_Nm");
+  EXPECT_EQ(sliding_torque_Nm(chain({column}), 1.0), 2.0);
+  EXPECT_NE(message_of("bounded_below_one", {{"torque_Nm", 1}}).find("not within 0"), std::string::npos);
+}
+
 TEST(CustomEffects, WhatIsWrongWithOneIsSaid) {
   (void)added_log_friction({});
   const auto problem_with = [](const std::function<void(CustomEffect&)>& change) -> std::string {
