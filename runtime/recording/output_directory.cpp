@@ -42,7 +42,9 @@ std::vector<fs::path> make_output_directory(const fs::path& directory) {
     if (fs::create_directory(*path, error)) made.push_back(*path);
   const bool is_directory = !error && fs::is_directory(directory, error);
   std::string cause;
-  if (error)
+  if (error == std::errc::no_such_file_or_directory)  // its parent is there, yet takes none: /proc, /sys
+    cause = "the file system there takes no new directory";
+  else if (error)
     cause = error.message();
   else if (!is_directory)
     cause = "something else has that name";

@@ -1,5 +1,6 @@
 // Output directories: checked before the work, one message, one exit code, nothing overwritten.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <string>
@@ -8,6 +9,7 @@
 #include "runtime/recording/output_directory.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
+#include "tests/support/skip.h"
 #include "tests/support/temporary_directory.h"
 
 namespace output_directory_test {
@@ -69,6 +71,18 @@ TEST(OutputDirectory, IsRefusedAlikeByAllCommandsThatNeedNoData) {
                                              (file / "below").string());
     EXPECT_EQ(result.exit_code, 3) << command << "\n" << result.output;
     EXPECT_TRUE(result.said("cannot be the directory for the results")) << result.output;
+  }
+}
+
+TEST(OutputDirectory, AFileSystemWithoutNewDirectoriesIsNamedAsTheCause) {
+  SKIP_UNLESS(geteuid() == 0, "needs root: others may not write in /proc");
+  try {
+    (void)runtime::make_output_directory("/proc/results");
+    FAIL();
+  } catch (const hal::SetupError& error) {
+    EXPECT_NE(std::string(error.what()).find("the file system there takes no new directory"),
+              std::string::npos)
+        << error.what();
   }
 }
 
