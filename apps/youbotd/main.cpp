@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -96,7 +97,9 @@ int run_once(const Arguments& arguments, const operation::Config& config) {
   print(arguments, operation::report(summary));
   log_problems(summary);
   show_end(arguments, summary);
-  return exit_code(summary);
+  const int code = exit_code(summary);
+  return code == runtime::kExitOk && summary.cut_short && runtime::stop_requested ? runtime::kExitInterrupted
+                                                                                  : code;
 }
 
 /// The same path without and with compensation, each with its own recording.
@@ -151,7 +154,13 @@ int run_teleoperation(const Arguments& arguments, const operation::Config& confi
   print(arguments, operation::report(summary));
   log_problems(summary);
   show_end(arguments, summary);
+  const auto is_open = [](const operation::TaskReport& task) {
+    return task.outcome.result == sim::TaskResult::kNotBegun ||
+           task.outcome.result == sim::TaskResult::kUnderWay;
+  };
   const int code = exit_code(summary);
+  if (code == runtime::kExitOk && arguments.session.duration && std::ranges::any_of(summary.tasks, is_open))
+    spdlog::warn("--duration ended the demo before the operator had finished");
   return code == runtime::kExitOk && arguments.demo && runtime::stop_requested ? runtime::kExitInterrupted
                                                                                : code;
 }
@@ -254,7 +263,7 @@ int main(int argc, char** argv) {
       "youbotd");
   app.footer(
       "Exit codes: 0 done, 2 usage or configuration, 3 device or set-up, 4 stopped by a fault, 130 "
-      "interrupted before a demo was done.");
+      "interrupted before a path or a demo was done.");
   app.add_option("--config", arguments.session.config_file,
                  "TOML file; demo.toml and teleop.toml, installed in PREFIX/share/youbot-hal, show its keys")
       ->required();

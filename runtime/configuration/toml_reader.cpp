@@ -9,9 +9,9 @@
 #include <deque>
 #include <functional>
 #include <map>
-#include <numeric>
 #include <set>
 
+#include "runtime/configuration/closest_name.h"
 #include "runtime/configuration/regular_file.h"
 
 // toml++ 3.3 (Debian 12) assumes much that a broken file violates, which is undefined behaviour; here such a
@@ -38,8 +38,6 @@ constexpr void take_for_granted(bool condition) {
 namespace runtime {
 namespace {
 
-using Names = std::set<std::string, std::less<>>;
-
 /// Words of units in key names. Not `min` and `W`: mostly minimum and the world frame.
 constexpr auto kKeyUnitWords = std::to_array<std::string_view>(
     {"per", "s",  "ms", "us", "ns", "s2", "Hz", "kHz", "rpm", "rad", "mrad",  "deg",     "rev",
@@ -53,36 +51,17 @@ std::string_view without_unit(std::string_view name) {
   return is_unit ? without_unit(name.substr(0, cut)) : name;
 }
 
-/// Levenshtein distance: number of letters to insert, delete or replace.
-std::size_t edit_distance(std::string_view from, std::string_view to) {
-  std::vector<std::size_t> row(to.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    std::size_t diagonal = std::exchange(row[0], i + 1);
-    for (std::size_t j = 0; j < to.size(); ++j) {
-      const std::size_t replaced = diagonal + (from[i] == to[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
-    }
-  }
-  return row.back();
-}
-
 /// Suggestion for an unknown key.
 std::string hint(std::string_view key, const Names& known) {
   if (known.empty()) return "no keys are expected here";
-  const auto closest = [key](const Names& names) {
-    return *std::ranges::min_element(names, {},
-                                     [key](const std::string& name) { return edit_distance(key, name); });
-  };
   Names same_quantity;
   for (const std::string& name : known) {
     const std::string_view quantity = without_unit(name);
     if (quantity != name && quantity == without_unit(key)) same_quantity.insert(name);
   }
-  if (!same_quantity.empty()) return fmt::format("wrong unit: expected '{}'", closest(same_quantity));
-  const std::string name = closest(known);
-  if (3 * edit_distance(key, name) <= key.size()) return fmt::format("did you mean '{}'?", name);
+  if (!same_quantity.empty())
+    return fmt::format("wrong unit: expected '{}'", closest_name(key, same_quantity));
+  if (const auto name = likely_meant(key, known)) return fmt::format("did you mean '{}'?", *name);
   return fmt::format("known keys are '{}'", fmt::join(known, "', '"));
 }
 

@@ -14,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#include "runtime/configuration/closest_name.h"
 #include "runtime/configuration/toml_reader.h"
 #include "runtime/program/bash_completion.h"
 #include "runtime/program/build_info.h"
@@ -24,17 +25,55 @@
 namespace runtime {
 namespace {
 
+/// "; did you mean 'NAME'?", if one is close.
+std::string suggestion(const std::string& given, const Names& names) {
+  const auto name = likely_meant(given, names);
+  return name ? "; did you mean '" + *name + "'?" : "";
+}
+
+/// The command that was given, or the program if none was.
+const CLI::App& given_command(const CLI::App& app) {
+  const auto commands = app.get_subcommands();
+  return commands.empty() ? app : given_command(*commands.front());
+}
+
 /// For a misspelled command, the library only reports that a command is missing.
-std::optional<CLI::RequiredError> unknown_command(const CLI::App& app) {
+std::optional<CLI::ExtrasError> unknown_command(const CLI::App& app) {
   const auto commands = app.get_subcommands([](const CLI::App*) { return true; });
   const std::vector<std::string> left_over = app.remaining();
   if (commands.empty() || !app.get_subcommands().empty() || left_over.empty() ||
       left_over.front().starts_with('-'))
     return std::nullopt;
-  std::string names;
-  for (const CLI::App* command : commands) names += (names.empty() ? "" : ", ") + command->get_name();
-  return CLI::RequiredError("There is no command '" + left_over.front() + "' but " + names,
-                            CLI::ExitCodes::RequiredError);
+  Names names;
+  std::string list;
+  for (const CLI::App* command : commands) {
+    names.insert(command->get_name());
+    list += (list.empty() ? "" : ", ") + command->get_name();
+  }
+  const std::string& given = left_over.front();
+  return CLI::ExtrasError(
+      "There is no command '" + given + "'" + suggestion(given, names) + "\nCommands: " + list,
+      CLI::ExitCodes::ExtrasError);
+}
+
+/// The first argument that neither the program nor its command knows. It is reported before the option that
+/// is missing because of it.
+std::optional<CLI::ExtrasError> unknown_argument(const CLI::App& app) {
+  const std::vector<std::string> left_over = app.remaining(/*recurse=*/true);
+  if (left_over.empty()) return std::nullopt;
+  const std::string given = left_over.front().substr(0, left_over.front().find('='));
+  if (!given.starts_with('-'))
+    return CLI::ExtrasError("The argument '" + given + "' is not expected", CLI::ExitCodes::ExtrasError);
+  Names names;
+  for (const CLI::App* at : {&app, &given_command(app)})
+    for (const CLI::Option* option : at->get_options())
+      for (const std::string& name : option->get_lnames()) names.insert("--" + name);
+  return CLI::ExtrasError("There is no option '" + given + "'" + suggestion(given, names),
+                          CLI::ExitCodes::ExtrasError);
+}
+
+int exit_code(const CLI::App& app, const CLI::ParseError& error) {
+  return app.exit(error) == 0 ? kExitOk : kExitUsage;
 }
 
 /// What the installation asks of each program: `--generate man` and `--generate bash-completion`. Not an
@@ -57,14 +96,13 @@ int run_app(CLI::App& app, int argc, char** argv, const std::function<int()>& bo
   }
   try {
     app.parse(argc, argv);
-  } catch (const CLI::RequiredError& error) {
-    if (const auto unknown = unknown_command(app)) return app.exit(*unknown) == 0 ? kExitOk : kExitUsage;
-    // A misspelled option is reported before the one that is missing because of it.
-    const std::vector<std::string> left_over = app.remaining(/*recurse=*/true);
-    if (!left_over.empty()) return app.exit(CLI::ExtrasError(left_over)) == 0 ? kExitOk : kExitUsage;
-    return app.exit(error) == 0 ? kExitOk : kExitUsage;
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kExitOk : kExitUsage;
+    if (const auto code = static_cast<CLI::ExitCodes>(error.get_exit_code());
+        code == CLI::ExitCodes::RequiredError || code == CLI::ExitCodes::ExtrasError) {
+      if (const auto unknown = unknown_command(app)) return exit_code(app, *unknown);
+      if (const auto unknown = unknown_argument(app)) return exit_code(app, *unknown);
+    }
+    return exit_code(app, error);
   }
   // https://no-color.org; on a terminal the library uses colours by default.
   const char* const no_color = std::getenv("NO_COLOR");

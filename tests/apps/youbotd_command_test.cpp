@@ -89,13 +89,23 @@ TEST(YoubotdCommand, AnEmptyConfigurationIsAMistake) {
 }
 
 TEST(YoubotdCommand, AMisspelledOptionIsNamedBeforeTheOneThatIsMissing) {
-  for (const char* option : {"--confg", "help", "-v"}) {
-    const Result result = run({option});
+  for (const auto& [arguments, message] : std::vector<std::pair<std::vector<std::string>, std::string>>{
+           {{"--confg", "demo.toml"}, "There is no option '--confg'; did you mean '--config'?\n"},
+           {{"--confg=demo.toml"}, "There is no option '--confg'; did you mean '--config'?\n"},
+           {{"-v"}, "There is no option '-v'\n"},
+           {{"help"}, "The argument 'help' is not expected\n"},
+           {{"--config", "demo.toml", "--recrod", "x"},
+            "There is no option '--recrod'; did you mean '--record'?\n"}}) {
+    const Result result = run(arguments);
     EXPECT_EQ(result.exit_code, 2) << result.output;
-    EXPECT_NE(result.output.find(std::string("not expected: ") + option), std::string::npos) << result.output;
+    EXPECT_TRUE(result.said(message)) << result.output;
   }
   const Result command = Process({support::program("youbot-bench"), "scan", "--robt", "wire"}).finish();
-  EXPECT_NE(command.output.find("--robt"), std::string::npos) << command.output;
+  EXPECT_TRUE(command.said("There is no option '--robt'; did you mean '--robot'?")) << command.output;
+  const Result misspelled = Process({support::program("youbotctl"), "staus"}).finish();
+  EXPECT_EQ(misspelled.exit_code, 2);
+  EXPECT_TRUE(misspelled.said("There is no command 'staus'; did you mean 'status'?\nCommands: status, "))
+      << misspelled.output;
 }
 
 TEST(YoubotdCommand, WrongUseAndWrongConfigurationExitWithTwo) {
@@ -130,7 +140,7 @@ TEST(YoubotdCommand, TerminateAndInterruptComeToACleanStop) {
     ASSERT_TRUE(process.wait_for("running")) << "never started";
     process.signal(number);
     const Result result = process.finish();
-    EXPECT_EQ(result.exit_code, 0) << result.output;
+    EXPECT_EQ(result.exit_code, 130) << "the path is unfinished: " << result.output;
     EXPECT_NE(result.output.find("wake-up"), std::string::npos) << "no summary: " << result.output;
   }
 }
