@@ -301,6 +301,17 @@ void complete(control::Teleoperation::Config& teleoperation, const Config& confi
   teleoperation.tank.device_mass_kg = teleoperation.presence.device_mass_kg;
 }
 
+/// Whether the arm reaches its start, within the workspace.
+void check_teleoperation(const control::Teleoperation::Config& teleoperation, TomlTable& root,
+                         const runtime::TomlFile& file) {
+  try {
+    const control::Teleoperation possible(teleoperation);
+  } catch (const std::invalid_argument& error) {
+    root.refuse("teleoperation", fmt::format("is refused: {}", error.what()));
+    file.finish();
+  }
+}
+
 }  // namespace
 
 std::optional<control::PlanarPose> first_outside(const control::BasePath::Plan& plan,
@@ -379,6 +390,7 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
       std::chrono::duration<double>(config.cycle.period).count();
   config.robot.simulation.geometry = config.cycle.controller.geometry;
   complete(config.teleoperation, config);
+  if (config.teleoperated) check_teleoperation(config.teleoperation, root, toml);
   if (!settings.empty()) require_no_weaker(config, load_config(file), file);
   return config;
 }

@@ -1,6 +1,11 @@
 #include "operation/teleop_config.h"
 
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <array>
 #include <numbers>
+#include <span>
 #include <string>
 
 namespace operation {
@@ -23,16 +28,26 @@ void read_stiffness(TomlTable& table, const std::string& prefix, control::Cartes
   table.number(prefix + "_Nm_per_rad", stiffness.rotation_Nm_per_rad, {.min = 0.1, .max = 200});
 }
 
+/// Angles of the arm within the ranges of its joints.
+void read_posture(TomlTable& table, std::string_view key, control::ArmVector& posture_rad) {
+  std::array<double, control::kArmJoints> posture_deg{};
+  const std::span<double, control::kArmJoints> rad(posture_rad.data(), posture_deg.size());
+  std::ranges::transform(rad, posture_deg.begin(), [](double value_rad) { return value_rad / kDegree; });
+  table.numbers(key, posture_deg, {.min = -360, .max = 360});
+  std::ranges::transform(posture_deg, rad.begin(), [](double value_deg) { return value_deg * kDegree; });
+  if (!table.has(key)) return;
+  const control::RobotModel model;
+  for (std::size_t i = 0; i < rad.size(); ++i)
+    if (const auto& [lower_rad, upper_rad] = model.ranges()[i]; rad[i] < lower_rad || rad[i] > upper_rad)
+      table.refuse(key, fmt::format("has {:g} for joint {}, allowed is {:.1f} to {:.1f}", posture_deg[i],
+                                    i + 1, lower_rad / kDegree, upper_rad / kDegree));
+}
+
 void read_start(TomlTable table, Teleoperation::Config& control) {
   table.number("centring_N_per_m", control.centring.stiffness_N_per_m, {.min = 0, .max = 500});
   table.number("centring_N_s_per_m", control.centring.damping_N_s_per_m, {.min = 0, .max = 20});
   table.number("centred_within_m", control.centred_within_m, {.min = 0.001, .max = 0.1});
-  std::array<double, control::kArmJoints> unfolded_deg{};
-  for (std::size_t i = 0; i < unfolded_deg.size(); ++i)
-    unfolded_deg[i] = control.unfolded_rad[static_cast<Eigen::Index>(i)] / kDegree;
-  table.numbers("unfolded_deg", unfolded_deg, {.min = -360, .max = 360});
-  for (std::size_t i = 0; i < unfolded_deg.size(); ++i)
-    control.unfolded_rad[static_cast<Eigen::Index>(i)] = unfolded_deg[i] * kDegree;
+  read_posture(table, "unfolded_deg", control.unfolded_rad);
   table.number("unfolding_rad_per_s", control.unfolding_speed_rad_per_s, {.min = 0.01, .max = 1.0});
   read_degrees(table, "unfolded_within_deg", control.unfolded_within_rad, 0.1, 20);
   table.numbers("position_m", std::span(control.start_p_WT_m.data(), 3), {.min = -1, .max = 1});
@@ -53,6 +68,14 @@ void read_start(TomlTable table, Teleoperation::Config& control) {
 void read_coupling(TomlTable table, Teleoperation::Config& control) {
   read_stiffness(table, "soft", control.soft);
   read_stiffness(table, "stiff", control.stiff);
+  const auto refuse_softer = [&table](std::string_view unit, double stiff, double soft) {
+    if (stiff < soft)
+      table.refuse(fmt::format("stiff_{}", unit),
+                   fmt::format("is {:g}, allowed is at least 'teleoperation.coupling.soft_{}', which is {:g}",
+                               stiff, unit, soft));
+  };
+  refuse_softer("N_per_m", control.stiff.translation_N_per_m, control.soft.translation_N_per_m);
+  refuse_softer("Nm_per_rad", control.stiff.rotation_Nm_per_rad, control.soft.rotation_Nm_per_rad);
   table.number("stiffening_N_per_m_s", control.stiffening_per_s.translation_N_per_m, {.min = 1, .max = 1e5});
   table.number("stiffening_Nm_per_rad_s", control.stiffening_per_s.rotation_Nm_per_rad,
                {.min = 0.1, .max = 1e4});

@@ -93,7 +93,7 @@ TeleopTask::TeleopTask(const Config& config, const hal::Robot& robot, hal::Hapti
   if (robot.joints().size() != kJoints)
     throw std::invalid_argument("teleoperation needs a base with one arm, " + std::to_string(kJoints) +
                                 " joints; this robot has " + std::to_string(robot.joints().size()) +
-                                ": set ethercat.kind = \"base+arm\"");
+                                ": set ethercat.kind = \"base+arm\", for a simulated robot, too");
   for (std::size_t i = 0; i < kJoints; ++i)
     torque_rates_[i] = control::TorqueRate(config.torque_rate_per_s * robot.joints()[i].torque_limit_Nm,
                                            config.control.period_s);

@@ -21,6 +21,9 @@ namespace {
 using hal::seconds;
 
 constexpr const char* kLoopback = "loopback";
+constexpr const char* kFalcon = "falcon";
+constexpr const char* kSpaceMouse = "spacemouse";
+constexpr const char* kKnown = "loopback, force-dimension or omega.6, falcon, spacemouse";
 /// The vendor's image has about 30 kB.
 constexpr std::size_t kMaxFirmware_bytes = 1 << 20;
 /// Of real devices, whose motors make 8 to 12 N.
@@ -61,15 +64,14 @@ std::unique_ptr<hal::HapticLink> real_link(const HapticOptions& options) {
     config.look_at_bus = [] { drivers::haptic::check_force_dimension_on_bus(drivers::usb::UsbContext()); };
     return std::make_unique<hal::ForceDimensionLink>(std::move(config));
   }
-  if (options.name == "falcon") {
+  if (options.name == kFalcon) {
     drivers::haptic::FalconConfig config = options.falcon.device;
     config.force_limit_N = options.force_limit_N;
     return std::make_unique<hal::FalconLink>(falcon_opener(options.falcon.port_path), config,
                                              read_image(options.falcon.firmware));
   }
-  if (options.name == "spacemouse") return std::make_unique<hal::SpaceMouseLink>(options.space_mouse);
-  throw std::invalid_argument("--haptic: there is no '" + options.name +
-                              "'; known: loopback, force-dimension or omega.6, falcon, spacemouse");
+  if (options.name == kSpaceMouse) return std::make_unique<hal::SpaceMouseLink>(options.space_mouse);
+  throw std::invalid_argument("--haptic: there is no '" + options.name + "'; known: " + kKnown);
 }
 
 std::chrono::milliseconds milliseconds(double seconds) {
@@ -135,6 +137,9 @@ void read_hand(TomlTable table, sim::HandParameters& hand) {
 
 void read_haptic(TomlTable& table, const std::filesystem::path& folder, HapticOptions& options) {
   table.text("device", options.name);
+  if (!is_simulated_haptic(options.name) && !is_force_dimension(options.name) && options.name != kFalcon &&
+      options.name != kSpaceMouse)
+    table.refuse("device", "is '" + options.name + "', allowed is " + kKnown);
   table.number("force_limit_N", options.force_limit_N, {.min = 0.1, .max = 12.0});
   hal::HapticLimits& limits = options.limits;
   table.number("slew_N_per_s", limits.slew_N_per_s, {.min = 1.0, .max = 2000.0});
@@ -148,7 +153,7 @@ void read_haptic(TomlTable& table, const std::filesystem::path& folder, HapticOp
   options.thread.period = std::chrono::nanoseconds(std::llround(1e9 * period_s));
   table.integer("priority", options.thread.fifo_priority, {.min = 0, .max = 99});
   read_force_dimension(table.table("force_dimension"), folder, options.force_dimension);
-  const bool has_falcon = options.name == "falcon" || table.has("falcon");
+  const bool has_falcon = options.name == kFalcon || table.has("falcon");
   TomlTable falcon = table.table("falcon");
   read_falcon(falcon, folder, options.falcon);
   if (has_falcon && options.falcon.device.reply_deadline >= limits.stale_after)

@@ -121,8 +121,9 @@ void check_robot_name(const std::string& name) {
   if (name == kEthercatPrefix || name == kCanPrefix)
     throw std::invalid_argument("--robot: '" + name + "' lacks its network interface; 'ip link' lists them");
   if (!is_robot_name(name))
-    throw std::invalid_argument("--robot: there is no '" + name +
-                                "'; known: loopback, wire, ethercat:IFACE, can:IFACE");
+    throw std::invalid_argument(
+        "--robot: there is no '" + name +
+        "'; known: loopback, wire, ethercat:IFACE, and, for one joint on a bench, can:IFACE");
 }
 
 bool is_simulated(const std::string& name) {

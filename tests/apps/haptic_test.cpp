@@ -52,6 +52,19 @@ TEST(OpenHaptic, NamesThoseThereAre) {
   EXPECT_FALSE(runtime::is_simulated_haptic("falcon"));
 }
 
+TEST(OpenHaptic, AnUnknownDeviceInAFileIsReportedWithItsLine) {
+  const support::TemporaryDirectory folder;
+  try {
+    (void)read(folder, "[haptic]\ndevice = \"phantom\"\n");
+    FAIL();
+  } catch (const runtime::ConfigError& error) {
+    EXPECT_TRUE(says(
+        error.what(),
+        "haptic.toml:2: 'haptic.device' is 'phantom', allowed is loopback, force-dimension or omega.6, "))
+        << error.what();
+  }
+}
+
 TEST(OpenHaptic, TheLoopbackHasAHandInIt) {
   hal::VirtualClock clock;
   const runtime::OpenedHaptic opened = runtime::open_haptic({}, clock, 1ms);

@@ -63,7 +63,7 @@ const std::vector<Key>& keys() {
       {"start.unfolding_rad_per_s", {0.3}, [](C c) { return V{c.unfolding_speed_rad_per_s}; }},
       {"start.unfolded_within_deg", {5}, [](C c) { return V{c.unfolded_within_rad}; }, kDegree},
       {"start.position_m", {0.4, 0.1, 0.3}, [](C c) { return all(c.start_p_WT_m); }},
-      {"start.pitch_deg", {100}, [](C c) { return V{c.start_pitch_rad}; }, kDegree},
+      {"start.pitch_deg", {118}, [](C c) { return V{c.start_pitch_rad}; }, kDegree},
       {"start.approach_s", {6}, [](C c) { return V{c.approach_s}; }},
       {"start.arrived_within_m", {0.02}, [](C c) { return V{c.arrived_within_m}; }},
       {"start.arrived_within_deg", {4}, [](C c) { return V{c.arrived_within_rad}; }, kDegree},
@@ -303,6 +303,25 @@ TEST_F(TeleopConfig, AWrongKeyIsAnsweredWithTheRightOne) {
                 "lab.toml:5: unknown key 'teleoperation.start.aproach_s': did you mean 'approach_s'?"}));
   EXPECT_EQ(problems("teleoperation = true\n"),
             Problems{"lab.toml:1: 'teleoperation' should be a table, found a boolean"});
+}
+
+TEST_F(TeleopConfig, ValuesThatContradictOthersAreReportedWithKeyAndRange) {
+  EXPECT_EQ(
+      problems("[teleoperation.coupling]\nstiff_N_per_m = 50\nstiff_Nm_per_rad = 4\nsoft_Nm_per_rad = 5\n"),
+      (Problems{"lab.toml:2: 'teleoperation.coupling.stiff_N_per_m' is 50, allowed is at least "
+                "'teleoperation.coupling.soft_N_per_m', which is 100",
+                "lab.toml:3: 'teleoperation.coupling.stiff_Nm_per_rad' is 4, allowed is at least "
+                "'teleoperation.coupling.soft_Nm_per_rad', which is 5"}));
+  // In the robot's description joint 1 turns from 0 to 5.8992 rad, joint 3 from -5.1836 to 0 rad.
+  EXPECT_EQ(
+      problems("[teleoperation.start]\nunfolded_deg = [359, 65, 10, 102.5, 167.5]\n"),
+      (Problems{
+          "lab.toml:2: 'teleoperation.start.unfolded_deg' has 10 for joint 3, allowed is -297.0 to 0.0",
+          "lab.toml:2: 'teleoperation.start.unfolded_deg' has 359 for joint 1, allowed is 0.0 to 338.0"}));
+  EXPECT_EQ(
+      problems("\n[teleoperation.start]\nposition_m = [0.9, 0, 0.9]\n"),
+      Problems{"lab.toml:2: 'teleoperation' is refused: teleoperation: the arm cannot reach the start at "
+               "(0.900000, 0.000000, 0.900000) m with a pitch of 2.094400 rad"});
 }
 
 TEST_F(TeleopConfig, OneButtonDoesOneThing) {
