@@ -47,7 +47,7 @@ Subcommand add_curve(CLI::App& app) {
       ->check(runtime::finite_range(1e-6, 1000))
       ->capture_default_str();
   command->add_flag("--quiet", options->quiet,
-                    "the table only, without a remark on where nothing was measured");
+                    "print the table only, without a note on speeds that were not measured");
   return {command, [options] {
             print_curve(*options);
             return runtime::kExitOk;

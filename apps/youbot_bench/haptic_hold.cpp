@@ -461,7 +461,7 @@ Subcommand add_haptic_hold(CLI::App& app) {
       ->capture_default_str();
   command
       ->add_option("--point", options->point_m,
-                   "x y z in m, from the device's origin: x towards the user, y to the right, z up")
+                   "x y z in m, from the device's origin: x towards the operator, y to the right, z up")
       ->check(runtime::finite_range(-0.2, 0.2))
       ->capture_default_str();
   command->add_option("--duration", options->duration_s, "seconds")

@@ -354,7 +354,7 @@ void identify(const IdentifyOptions& options) {
 Subcommand add_identify(CLI::App& app) {
   const auto options = std::make_shared<IdentifyOptions>();
   CLI::App* const command = app.add_subcommand(
-      "identify", "fit a drive model to recordings; says so where they do not determine a parameter");
+      "identify", "fit a drive model to recordings; reports parameters that they do not determine");
   command->add_option("--map", options->maps, "steady-state maps, one row per speed, or directories of them");
   command->add_option("--moving", options->moving, "recording with changing velocity: inertia, friction");
   command->add_option("--presliding", options->presliding,
@@ -363,20 +363,20 @@ Subcommand add_identify(CLI::App& app) {
                       "joint of an MCAP file with several, such as wheel_1 of base.mcap");
   command
       ->add_option("--law", options->law,
-                   "fitted to a map: auto, which chooses the terms, or one of " + law_names() +
-                       ", with +offset, +asymmetry, +quadratic as wanted")
+                   "friction law to fit to a map: auto chooses the terms; or one of " + law_names() +
+                       ", optionally with +offset, +asymmetry, +quadratic")
       ->capture_default_str();
   command
       ->add_option("--speeds-above", options->speeds.above_rad_per_s,
-                   "fit the map's speeds from this one on, rad/s")
+                   "fit speeds of the map from this one up, rad/s")
       ->check(runtime::finite_range(0, 1e6))
       ->capture_default_str();
   command
       ->add_option("--speeds-below", options->speeds.below_rad_per_s,
-                   "fit the map's speeds up to this one, rad/s; when less than --speeds-above, what "
-                   "lies between is left out")
+                   "fit speeds of the map up to this one, rad/s; if below --speeds-above, the speeds between "
+                   "them are left out")
       ->check(runtime::finite_range(0, 1e6));
-  command->add_option("--inertia", options->inertia_kg_m2, "kg·m², joint side, when it is known")
+  command->add_option("--inertia", options->inertia_kg_m2, "known inertia on the joint side, kg·m²")
       ->check(runtime::finite_range(1e-12, 1e6));
   command->add_option("--out", options->out, "directory for model.toml and report.html")->required();
   command->add_flag("--quiet", options->quiet, "print problems only");

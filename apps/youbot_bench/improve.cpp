@@ -351,9 +351,9 @@ Subcommand add_improve(CLI::App& app) {
                          "experiments, search, demo. ON A ROBOT THIS MOVES A MACHINE");
   command->footer(
       "On a real robot the wheels turn first, lifted off the ground; then the base drives the demo path and "
-      "its mirror image, twice, each from where it stands: keep 4 m by 4 m free, or carry it back. It asks "
-      "on the terminal before each; without one, --stage measure --yes and --stage drive --yes, set down in "
-      "between. Its path error is that of the wheels' odometry.\n"
+      "its mirror image, twice, each time from where it stands: keep 4 m by 4 m free, or carry it back. The "
+      "program asks on the terminal before each part. Without a terminal, run --stage measure --yes, set the "
+      "robot down, and run --stage drive --yes. The path error comes from the odometry of the wheels.\n"
       "A simulation in lock-step (youbot-sim --lock-step) is lifted and set down by this program.\n"
       "Exit codes: 0 done, 130 interrupted, 2 usage or configuration, 3 device, set-up or disk, 4 stopped by "
       "a "
@@ -365,12 +365,14 @@ Subcommand add_improve(CLI::App& app) {
   command->add_option("--robot", options->robot,
                       "ethercat:IFACE: a robot or youbot-sim, with the effects of its own drives");
   command->add_option("--config", options->config, "youbotd's TOML file for that robot; none: the demo's");
-  command->add_option("--stage", options->stage, "measure, with the wheels off the ground, or drive, on it")
+  command
+      ->add_option("--stage", options->stage,
+                   "measure, with the wheels off the ground, or drive, on the ground")
       ->transform(CLI::CheckedTransformer(
                       std::map<std::string, Stage>{{"measure", Stage::kMeasure}, {"drive", Stage::kDrive}})
                       .description("measure or drive"));
   command->add_flag("--virtual-time", options->virtual_time,
-                    "as fast as both ends can; with youbot-sim --lock-step only");
+                    "as fast as both programs can; only with youbot-sim --lock-step");
   command->add_flag("--allow-non-rt", options->allow_non_real_time,
                     "continue when the system refuses real-time scheduling or memory locking");
   command->add_flag("--yes", options->yes, "with --stage: the robot may move, do not ask");
@@ -385,8 +387,8 @@ Subcommand add_improve(CLI::App& app) {
 
 Subcommand add_reveal(CLI::App& app) {
   const auto seed = std::make_shared<std::uint64_t>(0);
-  CLI::App* const command =
-      app.add_subcommand("reveal", "print the effect injected by --hidden-effect SEED; for the end");
+  CLI::App* const command = app.add_subcommand(
+      "reveal", "print the effect that --hidden-effect SEED injected: the solution of the blind test");
   command->add_option("--hidden-effect", *seed, "the seed")
       ->check(runtime::finite_range(0, runtime::HiddenEffect::kMaxSeed))
       ->required();

@@ -213,22 +213,23 @@ Subcommand add_parameters(CLI::App& app) {
                    "ethercat:IFACE, can:IFACE, or wire: an emulated base with an arm; loopback has none")
       ->required();
   command->add_option("--config", options->config,
-                      "TOML file whose [can] says what is on can:IFACE, an experiment.toml too");
+                      "TOML file whose [can] describes the module on can:IFACE, such as an experiment.toml");
   command
       ->add_option("--joint", options->joints,
-                   "wheel-1, arm-5, …; slave-2 on a bus that is no complete youBot; none: all")
+                   "wheel-1, arm-5, …; slave-2 on a bus that is not a complete youBot; none: all")
       ->delimiter(',');
   CLI::Option* const set =
       command
           ->add_option(
               "--set", options->settings,
-              "NAME=VALUE, written to --joint and read back; until the drive loses its power. Not while "
-              "the motor turns or is held, nor what the manufacturer's password protects")
+              "NAME=VALUE: write it to --joint and read it back; it lasts until the drive loses its power. "
+              "Refused while the motor turns or holds, and for parameters that the manufacturer's password "
+              "protects")
           ->type_size(1)
           ->delimiter(',');
   runtime::add_json_flag(*command, options->format);
   command->get_option("--json")->excludes(set);
-  command->add_flag("--store", options->store, "also keep it in EEPROM, which wears out: not again and again")
+  command->add_flag("--store", options->store, "also store it in the EEPROM, which wears out: use it rarely")
       ->needs(set);
   return {command, [options] {
             parameters(*options);

@@ -358,10 +358,10 @@ Subcommand add_transparency(CLI::App& app) {
   command->add_option("--peak", options->excitation.peak_N, "largest force of the excitation, N")
       ->check(runtime::finite_range(1e-3, 100.0))
       ->capture_default_str();
-  command->add_option("--lowest", options->excitation.lowest_Hz, "frequency, Hz")
+  command->add_option("--lowest", options->excitation.lowest_Hz, "lowest frequency, Hz")
       ->check(runtime::finite_range(1e-3, 500.0))
       ->capture_default_str();
-  command->add_option("--highest", options->excitation.highest_Hz, "frequency, Hz")
+  command->add_option("--highest", options->excitation.highest_Hz, "highest frequency, Hz")
       ->check(runtime::finite_range(1e-3, 500.0))
       ->capture_default_str();
   command->add_option("--lines", options->excitation.lines, "number of frequencies")

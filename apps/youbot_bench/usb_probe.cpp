@@ -194,7 +194,7 @@ Subcommand add_usb_probe(CLI::App& app) {
   const auto options = std::make_shared<UsbProbeOptions>();
   CLI::App* const command = app.add_subcommand(
       "usb-probe", "list haptic devices on USB and whether they can be used; claims and sends nothing");
-  command->add_option("--vendor", options->vendor, "only this vendor's, hexadecimal");
+  command->add_option("--vendor", options->vendor, "only devices of this vendor, hexadecimal");
   command->add_option("--product", options->product, "only this product, hexadecimal");
   command->add_flag("--all", options->all, "also list other devices");
   CLI::Option* const probe_out =

@@ -135,12 +135,12 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option(
          "--boards", arguments.boards,
-         "lenient: PRE-OP also without mailbox, for masters that set one up only where the EEPROM names "
-         "a protocol, and these name none; strict: never without. docs/emulated_bus.md says why")
+         "strict boards need their mailbox to enter PRE-OP; lenient ones do not, for masters that set a "
+         "mailbox up only if the EEPROM names a protocol, which these do not. See docs/emulated_bus.md")
       ->check(CLI::IsMember(&kDemands))
       ->capture_default_str();
   app.add_option("--faults", arguments.faults_file,
-                 "TOML file of faults and when they come; FILE_FORMATS.md has an example")
+                 "TOML file that schedules faults; FILE_FORMATS.md has an example")
       ->check(CLI::ExistingFile);
   app.add_option("--scene", arguments.scene_file,
                  "TOML file whose [scene] lists the objects that the end effector can touch, as in youbotd's "

@@ -226,8 +226,8 @@ int main(int argc, char** argv) {
       "Commands a running youbotd (youbotd --control) and converts its recordings. ENABLE MOVES A MACHINE.",
       "youbotctl");
   app.footer(
-      "Exit codes: 0 done, 2 usage, or youbotd refused, 3 no youbotd there, 4 the run was stopped by a "
-      "fault.");
+      "Exit codes: 0 done, 2 usage, or youbotd refused, 3 no youbotd is running, 4 the run was stopped "
+      "by a fault.");
   app.require_subcommand(1);
   app.add_option("--socket", arguments.socket, "path of youbotd's control socket, its --control")
       ->capture_default_str();
@@ -240,7 +240,7 @@ int main(int argc, char** argv) {
   };
   command("status", "print the status", [&] {
     return ask(arguments, "status", !arguments.quiet);
-  })->add_flag("--json", arguments.as_json, "for machines");
+  })->add_flag("--json", arguments.as_json, "print JSON, for other programs");
   command("enable",
           "start the robot and stay connected: the robot comes to rest when this program ends, for any "
           "reason. Ctrl-C stops. Reads commands from standard input, one per line",
@@ -255,28 +255,27 @@ int main(int argc, char** argv) {
   command("disable", "drives off at once: an arm FALLS", [&] { return ask(arguments, "disable"); });
   command("mode", "select what enable starts", [&] { return ask(arguments, "mode " + arguments.mode); })
       ->add_option("name", arguments.mode,
-                   "path, velocity or hold; teleoperation if a haptic device commands")
+                   "path, velocity or hold; teleoperation if a haptic device is in command")
       ->required();
   CLI::App* set = nullptr;
   set = command("set",
-                "a key of the configuration, for the next enable: set limits.force_N 4. Or, from "
-                "the input of `enable` in the mode velocity: set velocity 0.1 0 0, in m/s ahead "
-                "and to the left and rad/s "
-                "counter-clockwise, no more than the limits of the path allow",
+                "set a configuration key for the next enable, as in: set limits.force_N 4. In velocity mode, "
+                "on the standard input of `enable`: set velocity AHEAD LEFT TURN, in m/s, m/s and rad/s "
+                "counter-clockwise, within the limits of [path]",
                 [&] {
                   if (set->remaining().empty()) throw std::invalid_argument("set: a value is missing");
                   std::string request = "set " + arguments.key;
                   for (const std::string& value : set->remaining()) request += " " + value;
                   return ask(arguments, request);
                 });
-  command("unset", "undo `set` for one key: from the next enable on the file's value applies",
+  command("unset", "undo `set` for one key: the file's value applies from the next enable on",
           [&] { return ask(arguments, "unset " + arguments.key); })
-      ->add_option("key", arguments.key, "with its tables")
+      ->add_option("key", arguments.key, "dotted name, such as limits.force_N")
       ->required();
-  set->add_option("key", arguments.key, "with its tables, such as limits.force_N; or velocity")->required();
+  set->add_option("key", arguments.key, "dotted name, such as limits.force_N; or velocity")->required();
   // Without an option for it: the library would split a TOML array.
   set->prefix_command();
-  set->footer("The value comes after the key, as the file would have it.");
+  set->footer("The value follows the key, written as in the file.");
   const auto file_command = [&](const char* name, const char* what, std::function<int()> body) {
     CLI::App* sub = command(name, what, std::move(body));
     sub->add_option("in", arguments.in, "file to read")->required();
@@ -285,13 +284,13 @@ int main(int argc, char** argv) {
   };
   file_command(
       "convert",
-      "a recording from CSV to MCAP, or from MCAP to CSV, by the extensions .csv and .mcap. Needs no "
+      "convert a recording from CSV to MCAP or from MCAP to CSV, by the extensions .csv and .mcap; needs no "
       "youbotd",
       [&] { return youbotctl::convert(arguments.in, arguments.out, arguments.joint, arguments.quiet); })
       ->add_option("--joint", arguments.joint, "of an MCAP file, one joint alone, such as wheel_1");
   file_command(
       "recover",
-      "write what can be read of a torn MCAP file into a complete one, and say how much was lost. Needs "
+      "write what can be read of a torn MCAP file into a complete one and report how much was lost; needs "
       "no youbotd",
       [&] { return youbotctl::recover(arguments.in, arguments.out, arguments.quiet); });
   CLI::App* learning =

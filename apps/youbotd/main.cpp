@@ -267,7 +267,8 @@ int main(int argc, char** argv) {
   app.add_option("--config", arguments.session.config_file,
                  "TOML file; demo.toml and teleop.toml, installed in PREFIX/share/youbot-hal, show its keys")
       ->required();
-  app.add_option("--robot", arguments.robot, "overrides the configuration: loopback, wire, ethercat:IFACE")
+  app.add_option("--robot", arguments.robot,
+                 "robot in place of the configured one: loopback, wire, ethercat:IFACE")
       ->check(not_empty);
   app.add_option("--haptic", arguments.haptic,
                  "teleoperate base and arm with this haptic device: loopback, force-dimension or omega.6, "
@@ -283,7 +284,8 @@ int main(int argc, char** argv) {
                  "the same as CSV, in a directory named here or by --record")
       ->expected(0, 1);
   app.add_option("--control", arguments.control_socket,
-                 "serve: keep the drives off until `youbotctl` enables them over this Unix socket, and after "
+                 "run as a service: keep the drives off until `youbotctl` enables them over this Unix "
+                 "socket, and after "
                  "a fault until it is acknowledged and enabled again")
       ->check(not_empty);
   app.add_option(
@@ -293,8 +295,8 @@ int main(int argc, char** argv) {
       ->expected(0, 1)
       ->default_str(std::string(live::kDefaultAddress));
   app.add_flag("--virtual-time", arguments.session.virtual_time,
-               "as fast as the machine allows instead of real time (simulated robot and haptic device, or "
-               "youbot-sim --lock-step on a bus)");
+               "run as fast as the machine allows; only if robot and haptic device are simulated, or with "
+               "youbot-sim --lock-step on a bus");
   app.add_flag("--allow-non-rt", arguments.session.allow_non_real_time,
                "continue when the system refuses real-time scheduling or memory locking; it always does when "
                "everything is simulated");

@@ -29,17 +29,18 @@ struct CompensationConfig {
   template <typename Visitor>
   void visit(Visitor&& v) {
     v(Parameter{"stiffness_Nm_per_rad", "of the spring, Kp", 1e-3, 100}, stiffness_Nm_per_rad);
-    v(Parameter{"push_Nm", "of the push", 0, 20}, push_Nm);
+    v(Parameter{"push_Nm", "torque of the push", 0, 20}, push_Nm);
     v(Parameter{"push_duration_s", "length of the push", 0.001, 10}, push_duration_s);
-    v(Parameter{"torque_limit_Nm", "command and compensation together", 1e-3, 20}, torque_limit_Nm);
-    v(Parameter{"smallest_swing_rad", "smaller ones are not counted", 1e-4, 10}, smallest_swing_rad);
-    v(Parameter{"duration_s", "of one measurement", 1, 3600}, duration_s);
-    v(Parameter{"rest_s", "without torque before", 0, 600}, rest_s);
+    v(Parameter{"torque_limit_Nm", "maximum of command and compensation together", 1e-3, 20},
+      torque_limit_Nm);
+    v(Parameter{"smallest_swing_rad", "smaller swings are not counted", 1e-4, 10}, smallest_swing_rad);
+    v(Parameter{"duration_s", "duration of a measurement", 1, 3600}, duration_s);
+    v(Parameter{"rest_s", "time without torque beforehand", 0, 600}, rest_s);
     v(Parameter{"margin", "share of friction that is compensated", 0, 1}, margin);
-    v(Parameter{"full_command_Nm", "from this command on in full", 1e-4, 1}, full_command_Nm);
-    v(Parameter{"blend_speed_rad_per_s", "below, the sign of the speed is in doubt", 0.005, 0.2},
+    v(Parameter{"full_command_Nm", "full compensation from this command on", 1e-4, 1}, full_command_Nm);
+    v(Parameter{"blend_speed_rad_per_s", "below this speed its sign is uncertain", 0.005, 0.2},
       blend_speed_rad_per_s);
-    v(Parameter{"repeats", "of without and with", 1, 1000}, repeats);
+    v(Parameter{"repeats", "measurements without and with compensation", 1, 1000}, repeats);
     v(Parameter{"compensator",
                 "friction that is compensated: a drive model file or a law such as kfm; none: the joint's "
                 "measured curve"},

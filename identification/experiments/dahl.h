@@ -21,10 +21,10 @@ struct DahlConfig {
   void visit(Visitor&& v) {
     v(Parameter{"amplitude_Nm", "of the sine; keep below stiction", 1e-4, 20}, amplitude_Nm);
     v(Parameter{"frequency_Hz", "of the sine", 1e-3, 10}, frequency_Hz);
-    v(Parameter{"cycles", "of the sine, the first of which only settles", 2, 1000}, cycles);
+    v(Parameter{"cycles", "periods of the sine; the first one only settles", 2, 1000}, cycles);
     v(Parameter{"centre", "share of the amplitude over which the slope is taken", 0.05, 1}, centre);
-    v(Parameter{"rest_s", "without torque before", 0, 600}, rest_s);
-    v(Parameter{"repeats", "times the whole", 1, 1000}, repeats);
+    v(Parameter{"rest_s", "time without torque beforehand", 0, 600}, rest_s);
+    v(Parameter{"repeats", "repetitions of the whole experiment", 1, 1000}, repeats);
   }
 };
 

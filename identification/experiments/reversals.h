@@ -19,11 +19,11 @@ struct ReversalsConfig {
   template <typename Visitor>
   void visit(Visitor&& v) {
     v(Parameter{"highest_rad_per_s", "height of the first triangles", 0.01, 30}, highest_rad_per_s);
-    v(Parameter{"lowest_rad_per_s", "height below which there are none", 0.001, 30}, lowest_rad_per_s);
-    v(Parameter{"shrink", "times smaller, from one height to the next", 1.1, 1000}, shrink);
-    v(Parameter{"period_s", "from one reversal to the next but one", 0.1, 600}, period_s);
-    v(Parameter{"periods", "of each height", 1, 1000}, periods);
-    v(Parameter{"repeats", "times the whole", 1, 1000}, repeats);
+    v(Parameter{"lowest_rad_per_s", "minimum height of a triangle", 0.001, 30}, lowest_rad_per_s);
+    v(Parameter{"shrink", "ratio of one height to the next", 1.1, 1000}, shrink);
+    v(Parameter{"period_s", "duration of a triangle and its mirror image", 0.1, 600}, period_s);
+    v(Parameter{"periods", "periods of each height", 1, 1000}, periods);
+    v(Parameter{"repeats", "repetitions of the whole experiment", 1, 1000}, repeats);
   }
 };
 

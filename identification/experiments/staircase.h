@@ -22,7 +22,7 @@ struct StaircaseConfig {
     v(Parameter{"step", "height of a step, N·m or rad/s", 1e-4, 20}, step);
     v(Parameter{"highest", "last level, N·m or rad/s", 1e-4, 20}, highest);
     v(Parameter{"hold_s", "time on each level", 0.01, 600}, hold_s);
-    v(Parameter{"repeats", "times the whole staircase", 1, 1000}, repeats);
+    v(Parameter{"repeats", "repetitions of the whole staircase", 1, 1000}, repeats);
   }
 };
 

@@ -22,9 +22,9 @@ struct SteadyStateConfig {
 
   template <typename Visitor>
   void visit(Visitor&& v) {
-    v(Parameter{"settle_s", "wait at constant velocity before measuring (T1)", 0, 3600}, settle_s);
-    v(Parameter{"measure_s", "measure (T2)", 0.1, 3600}, measure_s);
-    v(Parameter{"extra_s", "go on after measuring", 0, 3600}, extra_s);
+    v(Parameter{"settle_s", "time at constant velocity before measuring (T1)", 0, 3600}, settle_s);
+    v(Parameter{"measure_s", "time of measuring (T2)", 0.1, 3600}, measure_s);
+    v(Parameter{"extra_s", "continue after measuring", 0, 3600}, extra_s);
     v(Parameter{"sets", "rows of the thesis' table 3, as 1,2,7-9"}, sets);
     v(Parameter{"torque_cutoff_rad_per_s", "low-pass on the measured torque", 0.1, 1000},
       torque_cutoff_rad_per_s);

@@ -21,10 +21,10 @@ struct StickSlipConfig {
   void visit(Visitor&& v) {
     v(Parameter{"speed_rad_per_s", "of the spring's far end", 1e-4, 5}, speed_rad_per_s);
     v(Parameter{"stiffness_Nm_per_rad", "of the spring", 1e-3, 100}, stiffness_Nm_per_rad);
-    v(Parameter{"torque_limit_Nm", "what the spring pulls at most", 1e-3, 20}, torque_limit_Nm);
-    v(Parameter{"slip_speed_rad_per_s", "faster counts as a slip", 1e-3, 20}, slip_speed_rad_per_s);
-    v(Parameter{"duration_s", "of a pull", 1, 3600}, duration_s);
-    v(Parameter{"rest_s", "without torque before", 0, 600}, rest_s);
+    v(Parameter{"torque_limit_Nm", "maximum torque of the spring", 1e-3, 20}, torque_limit_Nm);
+    v(Parameter{"slip_speed_rad_per_s", "a faster joint counts as slipping", 1e-3, 20}, slip_speed_rad_per_s);
+    v(Parameter{"duration_s", "duration of a pull", 1, 3600}, duration_s);
+    v(Parameter{"rest_s", "time without torque beforehand", 0, 600}, rest_s);
     v(Parameter{"repeats", "pulls in each direction", 1, 1000}, repeats);
   }
 };

@@ -25,11 +25,12 @@ struct TorqueRampConfig {
 
   template <typename Visitor>
   void visit(Visitor&& v) {
-    v(Parameter{"rest_s", "without torque before each ramp, at least", 0, 600}, rest_s);
+    v(Parameter{"rest_s", "minimum time without torque before each ramp", 0, 600}, rest_s);
     v(Parameter{"rate_Nm_per_s", "slope of the ramp", 1e-5, 10}, rate_Nm_per_s);
-    v(Parameter{"highest_torque_Nm", "where a ramp ends that moved nothing", 0.001, 20}, highest_torque_Nm);
+    v(Parameter{"highest_torque_Nm", "end of a ramp that has moved nothing", 0.001, 20}, highest_torque_Nm);
     v(Parameter{"breakaway_travel_rad", "travel that counts as sliding", 1e-4, 1}, breakaway_travel_rad);
-    v(Parameter{"still_speed_rad_per_s", "slower is not sliding yet", 1e-4, 1}, still_speed_rad_per_s);
+    v(Parameter{"still_speed_rad_per_s", "a slower joint does not count as sliding", 1e-4, 1},
+      still_speed_rad_per_s);
     v(Parameter{"inertia_kg_m2", "of the joint, for sigma 1", 1e-6, 10}, inertia_kg_m2);
     v(Parameter{"torque_cutoff_rad_per_s", "low-pass on the measured torque", 0.1, 1000},
       torque_cutoff_rad_per_s);

@@ -27,9 +27,9 @@ struct PreslidingConfig {
     v(Parameter{"lowest_Hz", "lowest frequency", 1e-3, 100}, lowest_Hz);
     v(Parameter{"highest_Hz", "highest frequency", 1e-3, 100}, highest_Hz);
     v(Parameter{"period_s", "after which the signal repeats", 0.1, 600}, period_s);
-    v(Parameter{"rest_s", "without torque before", 0, 600}, rest_s);
-    v(Parameter{"periods", "in a row", 1, 1000}, periods);
-    v(Parameter{"repeats", "times the whole", 1, 1000}, repeats);
+    v(Parameter{"rest_s", "time without torque beforehand", 0, 600}, rest_s);
+    v(Parameter{"periods", "consecutive periods", 1, 1000}, periods);
+    v(Parameter{"repeats", "repetitions of the whole experiment", 1, 1000}, repeats);
   }
 };
 
@@ -48,9 +48,9 @@ struct MultisineConfig {
     v(Parameter{"lowest_Hz", "lowest frequency", 1e-3, 100}, lowest_Hz);
     v(Parameter{"highest_Hz", "highest frequency", 1e-3, 100}, highest_Hz);
     v(Parameter{"period_s", "after which the signal repeats", 0.1, 600}, period_s);
-    v(Parameter{"rest_s", "without torque before", 0, 600}, rest_s);
-    v(Parameter{"periods", "in a row", 1, 1000}, periods);
-    v(Parameter{"repeats", "times the whole", 1, 1000}, repeats);
+    v(Parameter{"rest_s", "time without torque beforehand", 0, 600}, rest_s);
+    v(Parameter{"periods", "consecutive periods", 1, 1000}, periods);
+    v(Parameter{"repeats", "repetitions of the whole experiment", 1, 1000}, repeats);
   }
 };
 
