@@ -1,4 +1,5 @@
-# Installs into a folder, builds the examples against it by find_package() and one by pkg-config, and runs them.
+# Installs into a folder, builds the examples against it by find_package(), and runs them; then the program in
+# docs/library.md, by find_package() and by pkg-config.
 cmake_minimum_required(VERSION 3.25)
 include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 file(REMOVE_RECURSE ${SCRATCH})
@@ -32,13 +33,14 @@ if(NOT CMAKE_MATCH_1 GREATER 1.48 OR NOT CMAKE_MATCH_1 LESS 1.67)
   message(FATAL_ERROR "mine: ${output}")
 endif()
 
+# The same program by the page's command with pkg-config.
 file(GLOB_RECURSE pkg_config ${SCRATCH}/prefix/*/youbot.pc)
 cmake_path(GET pkg_config PARENT_PATH folder)
 set(ENV{PKG_CONFIG_PATH} ${folder})
-run("pkg-config" sh -c "'${COMPILER}' -std=c++20 '${SCRATCH}/examples/base_velocity.cpp' -o '${SCRATCH}/base_velocity' \
-$(pkg-config --cflags --libs youbot)")
-run("base_velocity" ${SCRATCH}/base_velocity)
-expect("yaw")
+string(REGEX MATCH "```sh\n *g\\+\\+ ([^\n]+)\n" unused "${page}")
+run("pkg-config" sh -c "cd '${SCRATCH}/mine' && '${COMPILER}' ${CMAKE_MATCH_1}")
+run("mine, by pkg-config" ${SCRATCH}/mine/mine)
+expect("wheel 1 turned 1.")
 
 run("uninstall" ${CMAKE_COMMAND} -DPREFIX=${SCRATCH}/prefix -P ${ROOT}/cmake/uninstall.cmake)
 file(GLOB_RECURSE left ${SCRATCH}/prefix/*)

@@ -10,6 +10,8 @@ set(CMAKE_DISABLE_FIND_PACKAGE_GTest ON)
 set(CMAKE_DISABLE_FIND_PACKAGE_benchmark ON)
 set(CMAKE_DISABLE_FIND_PACKAGE_CLI11 ON)
 add_subdirectory(${ROOT} youbot EXCLUDE_FROM_ALL)
+add_executable(mine mine.cpp)
+target_link_libraries(mine PRIVATE youbot::youbot)
 add_library(control INTERFACE)  # names that a robot project is likely to use
 add_library(drivers INTERFACE)
 add_executable(outside main.cpp)
@@ -28,9 +30,15 @@ int main() {
   std::printf(\"%zu joints\\n\", opened.robot->joints().size());
 }
 ")
+# The program in docs/library.md.
+file(READ ${ROOT}/docs/library.md page)
+string(REGEX MATCH "```cpp\n([^`]+)```" unused "${page}")
+file(WRITE ${SCRATCH}/mine.cpp "${CMAKE_MATCH_1}")
 run("configure" ${CMAKE_COMMAND} -S ${SCRATCH} -B ${SCRATCH}/build -DCMAKE_CXX_COMPILER=${COMPILER}
     -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER})
-run("build" ${CMAKE_COMMAND} --build ${SCRATCH}/build --target outside)
+run("build" ${CMAKE_COMMAND} --build ${SCRATCH}/build --target outside mine)
 run("outside" ${SCRATCH}/build/outside)
 expect("4 joints")
+run("mine" ${SCRATCH}/build/mine)
+expect("wheel 1 turned 1.")
 file(REMOVE_RECURSE ${SCRATCH})
