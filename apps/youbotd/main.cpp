@@ -13,7 +13,7 @@
 #include <stdexcept>
 
 #include "apps/youbotd/check.h"
-#include "apps/youbotd/run_page.h"
+#include "apps/youbotd/page_of_run.h"
 #include "apps/youbotd/serve.h"
 #include "operation/config.h"
 #include "operation/report.h"
@@ -39,7 +39,7 @@ struct Arguments {
   std::optional<std::string> record_csv;
   std::string control_socket;
   std::optional<std::string> page;
-  youbotd::RunPage* shown = nullptr;  // the page of this run
+  youbotd::PageOfRun* shown = nullptr;  // the page of this run
   bool demo = false;
   bool quiet = false;
   bool check = false;
@@ -241,7 +241,7 @@ int run(Arguments arguments) {
   if (!config.teleoperated && config.path.displacements_B.empty())
     spdlog::warn("{}: no [[path.leg]], so the base stays where it is",
                  arguments.session.config_file.string());
-  std::optional<youbotd::RunPage> page;
+  std::optional<youbotd::PageOfRun> page;
   if (arguments.page) {
     page.emplace(*arguments.page, config, check(arguments, config), runtime::stop_requested);
     arguments.session.live = &page->feed();

@@ -151,7 +151,7 @@ int run() {
         [port](Row&, const Body& body) {
           const support::PageViewers viewers(port, kViewers);
           body();
-          if (viewers.bytes() == 0) throw std::runtime_error("no viewer got anything");
+          if (viewers.messages() == 0) throw std::runtime_error("no viewer got anything");
         }},
        {{std::to_string(threads) + " threads compute"},
         [threads](Row&, const Body& body) {

@@ -12,10 +12,10 @@
 namespace youbotd {
 
 /// It shows the run and can stop it, and nothing else.
-class RunPage final : private Page::Commands {
+class PageOfRun final : private Page::Commands {
  public:
   /// A stop sets `stop`, which must outlive it. @throws as live::WebServer.
-  RunPage(const std::string& where, const operation::Config& config, Findings checks,
+  PageOfRun(const std::string& where, const operation::Config& config, Findings checks,
           std::atomic<bool>& stop);
 
   operation::LiveFeed& feed() noexcept { return feed_; }

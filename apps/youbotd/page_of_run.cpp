@@ -1,4 +1,4 @@
-#include "apps/youbotd/run_page.h"
+#include "apps/youbotd/page_of_run.h"
 
 #include <spdlog/spdlog.h>
 
@@ -22,7 +22,7 @@ nlohmann::json first_status(const operation::Config& config) {
 
 }  // namespace
 
-RunPage::RunPage(const std::string& where, const operation::Config& config, Findings checks,
+PageOfRun::PageOfRun(const std::string& where, const operation::Config& config, Findings checks,
                  std::atomic<bool>& stop)
     : stop_(stop),
       status_(first_status(config)),
@@ -34,7 +34,7 @@ RunPage::RunPage(const std::string& where, const operation::Config& config, Find
              .checks = std::move(checks)},
             feed_, *this) {}
 
-void RunPage::finish(const operation::RunSummary& summary) {
+void PageOfRun::finish(const operation::RunSummary& summary) {
   nlohmann::json status = status_;
   status["enabled"] = false;
   status["ended"] = true;
@@ -44,14 +44,14 @@ void RunPage::finish(const operation::RunSummary& summary) {
   std::this_thread::sleep_for(2 * Page::kStatusPeriod);
 }
 
-void RunPage::ask(const Peer& /*peer*/, const std::string& request, Page::Reply reply) {
+void PageOfRun::ask(const Peer& /*peer*/, const std::string& request, Page::Reply reply) {
   if (request == "status") return reply(nlohmann::json{{"ok", true}, {"status", status_}}.dump());
   reply(nlohmann::json{{"ok", false},
                        {"error", "this run was started from the command line: the page can only stop it"}}
             .dump());
 }
 
-void RunPage::stop(const std::string& who) {
+void PageOfRun::stop(const std::string& who) {
   spdlog::warn("coming to rest: requested by {}", who);
   stop_ = true;
 }
