@@ -19,7 +19,7 @@ namespace operation {
 
 struct LiveSample {
   std::uint64_t time_ns = 0;  ///< LiveFeed::now_ns()
-  bool running = false;       ///< false: the drives are off, and only what the joints measure is valid
+  bool running = true;        ///< false: the drives are off, and only what the joints measure is valid
   std::variant<CycleRecord, TeleopRecord> record;
 };
 static_assert(std::is_trivially_copyable_v<LiveSample>);

@@ -170,7 +170,8 @@ TEST_F(LiveChannelsTest, ABaseRecordAsMessages) {
   EXPECT_TRUE(commands.position_rad.empty());
 
   std::vector<double> row(channels.columns().size());
-  runtime::mcap::read_record(client.last.at("/youbot/record"), row);
+  runtime::mcap::CdrReader cdr(client.last.at("/youbot/record"));
+  for (double& value : row) value = cdr.float64("a column");
   EXPECT_EQ(channels.columns().at(0), "time_s");
   EXPECT_EQ(row.at(0), 2.0);
   EXPECT_FALSE(client.last.contains("/end_effector/pose"));

@@ -82,8 +82,6 @@ class Process {
            info.si_pid == pid_;
   }
   pid_t pid() const { return pid_; }
-  /// What wait_for() has read so far.
-  const std::string& output() const { return result_.output; }
   /// Waits for its end.
   CommandResult finish() {
     std::array<char, 4096> line{};
