@@ -271,7 +271,7 @@ struct PageRequestsTest : testing::Test {
   }
   PageRequests requests;
   Heard service;
-  Peer peer{.connection = 1, .name = "page"};
+  Peer peer{.connection = 1, .name = "page", .may_command = true};
   std::vector<std::string> answers;
 };
 
@@ -304,9 +304,25 @@ TEST_F(PageRequestsTest, AStopComesFirstAndWhatWasAskedBeforeItIsOutdated) {
   EXPECT_EQ(service.heard.back(), "page: enable") << "a later one counts";
 }
 
-TEST_F(PageRequestsTest, OneTooManyIsRefusedAndAStopIsNot) {
-  for (std::size_t i = 0; i < youbotd::kMaxPageRequests; ++i) ask("status");
+TEST_F(PageRequestsTest, OnePageLeavesRoomForTheOthers) {
+  for (int i = 0; i < youbotd::kMaxRequestsOfAPage; ++i) ask("status");
   EXPECT_TRUE(answers.empty());
+  ask("one more");
+  ASSERT_EQ(answers.size(), 1U);
+  EXPECT_EQ(json::parse(answers[0])["ok"], false);
+  peer.connection = 2;
+  ask("alive");
+  requests.deliver(service);
+  EXPECT_EQ(service.heard.back(), "page: alive");
+}
+
+TEST_F(PageRequestsTest, OneTooManyIsRefusedAndAStopIsNot) {
+  for (std::size_t i = 0; i < youbotd::kMaxPageRequests; ++i) {
+    peer.connection = 1 + i / youbotd::kMaxRequestsOfAPage;
+    ask("status");
+  }
+  EXPECT_TRUE(answers.empty());
+  ++peer.connection;
   ask("one more");
   ASSERT_EQ(answers.size(), 1U);
   EXPECT_EQ(json::parse(answers[0])["ok"], false);

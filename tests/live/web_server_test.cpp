@@ -64,6 +64,7 @@ struct EchoSite final : live::Site {
 };
 
 struct WebServerTest : testing::Test {
+  WebServerTest() { server.start(); }
   /// On the server's thread.
   template <typename Work>
   auto there(const Work& work) {
@@ -373,6 +374,7 @@ TEST_F(WebServerTest, ClientsThatVanishLeaveNothing) {
 TEST(WebServerStart, EndsWithOpenConnections) {
   EchoSite site;
   std::optional<WebServer> server(std::in_place, "0", site);
+  server->start();
   WebClient http(port_of(server->url()));
   EXPECT_EQ(http.ask("GET", "/").status, 200);
   WebClient socket(port_of(server->url()));
