@@ -33,6 +33,7 @@ set(SOURCE \"${PROJECT_SOURCE_DIR}\")
 set(OUTPUT \"${PROJECT_BINARY_DIR}/generated/doc\")
 include(\"${PROJECT_SOURCE_DIR}/cmake/installed_documents.cmake\")" COMPONENT documents)
 install(DIRECTORY ${PROJECT_BINARY_DIR}/generated/doc/ DESTINATION share/doc/youbot-hal COMPONENT documents)
+install(FILES docs/page.png DESTINATION share/doc/youbot-hal/docs COMPONENT documents)
 
 # The service. Its unit names the program where it is installed, which the prefix of `cmake --install` decides.
 # systemd looks where udev does: below /usr and /usr/local, else in /etc/systemd/system and /etc/sysusers.d.

@@ -14,6 +14,7 @@
 #include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
+#include "tests/support/without_start.h"
 
 namespace runtime {
 namespace hidden_effect_test {
@@ -138,7 +139,7 @@ TEST_F(HiddenEffectCommands, ARecordingMadeAgainFromItsFileHidesTheSame) {
   const auto recorded = [&](const std::string& name, const std::string& options) {
     const CommandResult result = bench(experiment + path(name) + options);
     EXPECT_EQ(result.exit_code, 0) << result.output;
-    return text_of(path(name) + "/multisine/wheel-1.csv");
+    return support::without_start(text_of(path(name) + "/multisine/wheel-1.csv"));
   };
   const std::string first = recorded("first", " --hidden-effect 3");
   EXPECT_EQ(recorded("again", " --config " + path("first") + "/multisine/experiment.toml"), first);
