@@ -50,12 +50,11 @@ TeleopRun::Around TeleopRun::around(const Config& config, const RunOptions& opti
   if (!options.record_directory) return around;
   check_record_directory(*options.record_directory, options.record_format);
   around.report = teleop_report(config.teleoperation, robot);
-  TeleopRecording::Description description =
-      teleop_recording({.directory = *options.record_directory,
-                        .config = recording_config(config, options),
-                        .period = config.cycle.period,
-                        .simulated = simulated,
-                        .workspace = config.teleoperation.workspace});
+  TeleopRecording::Description description = teleop_recording({.directory = *options.record_directory,
+                                                               .config = recording_config(config, options),
+                                                               .period = config.cycle.period,
+                                                               .simulated = simulated,
+                                                               .workspace = config.teleoperation.workspace});
   description.also = [report = around.report.get()](const TeleopRecord& record) { report->add(record); };
   around.recording = std::make_unique<TeleopRecording>(std::move(description));
   return around;

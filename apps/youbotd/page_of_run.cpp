@@ -23,7 +23,7 @@ nlohmann::json first_status(const operation::Config& config) {
 }  // namespace
 
 PageOfRun::PageOfRun(const std::string& where, const operation::Config& config, Findings checks,
-                 std::atomic<bool>& stop)
+                     std::atomic<bool>& stop)
     : stop_(stop),
       status_(first_status(config)),
       page_({.where = where,

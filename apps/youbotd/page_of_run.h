@@ -16,7 +16,7 @@ class PageOfRun final : private Page::Commands {
  public:
   /// A stop sets `stop`, which must outlive it. @throws as live::WebServer.
   PageOfRun(const std::string& where, const operation::Config& config, Findings checks,
-          std::atomic<bool>& stop);
+            std::atomic<bool>& stop);
 
   operation::LiveFeed& feed() noexcept { return feed_; }
   const Page& page() const noexcept { return page_; }
