@@ -64,8 +64,9 @@ std::optional<std::int64_t> in_half_units(double value, int decimals) noexcept {
 
 double from_half_units(std::int64_t half_units, int decimals) noexcept {
   if (half_units == -1) return -0.0;
+  const std::int64_t units = half_units / 2;
   // The quotient of two exact numbers is the nearest double.
-  return static_cast<double>(half_units / 2) / kPowersOfTen[static_cast<std::size_t>(decimals)];
+  return static_cast<double>(units) / kPowersOfTen[static_cast<std::size_t>(decimals)];
 }
 
 }  // namespace runtime::mcap

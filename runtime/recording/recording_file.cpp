@@ -97,7 +97,7 @@ void RecordingFile::lose_row(AppendFile::Step step) noexcept {
 }
 
 std::string RecordingFile::error() const {
-  const std::string problem = file_.problem();
+  std::string problem = file_.problem();
   if (problem.empty()) return problem;
   return problem + std::to_string(rows_lost()) + " rows lost, " + std::to_string(rows_written()) + " written";
 }
