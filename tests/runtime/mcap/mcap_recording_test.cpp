@@ -327,7 +327,8 @@ struct RecordingAsMcap : testing::Test {
   support::TemporaryDirectory folder;
   std::filesystem::path path() const { return folder / "run.mcap"; }
   std::vector<double> times_s() const {
-    const auto time = runtime::read_recording(path()).recording.column("time_s");
+    const runtime::ReadRecording read = runtime::read_recording(path());
+    const auto time = read.recording.column("time_s");
     return {time.begin(), time.end()};
   }
 };
