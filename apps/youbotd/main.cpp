@@ -291,7 +291,7 @@ int main(int argc, char** argv) {
   app.add_option(
          "--page", arguments.page,
          "serve a live page in the browser at HOST:PORT (default: " + std::string(live::kDefaultAddress) +
-             "); whoever opens it sees everything and can stop the robot")
+             "); everyone who can open it sees everything and can stop the robot")
       ->expected(0, 1)
       ->default_str(std::string(live::kDefaultAddress));
   app.add_flag("--virtual-time", arguments.session.virtual_time,

@@ -9,9 +9,11 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <future>
 #include <sstream>
 #include <utility>
 
+#include "apps/youbotd/freshness.h"
 #include "apps/youbotd/page_assets.h"
 #include "apps/youbotd/status_json.h"
 #include "control/robot_model.h"
@@ -27,11 +29,10 @@ using live::Response;
 using nlohmann::json;
 
 constexpr std::string_view kTokenWord = "token ";
-constexpr std::uintmax_t kMaxFaultReport_bytes = 8 << 20;
+constexpr std::uintmax_t kMaxFaultReport_bytes = 4 << 20;
+constexpr const char* kFrames = ".pcapng";
 /// A web application that reads the stream.
 constexpr std::string_view kFoxglove = "https://app.foxglove.dev";
-/// A page is heard more often. After a longer silence its requests may have waited in the network.
-constexpr std::chrono::milliseconds kLongSilence{500};
 
 struct Asset {
   std::string_view path;
@@ -57,6 +58,17 @@ const std::array<Asset, 13>& assets() {
                                           {"/dygraph.css", kStyle, report::kDygraphsStyle},
                                           {"/robot.urdf", "application/xml", control::youbot_urdf()}}};
   return all;
+}
+
+/// Empty if it cannot be read or is too large to be a fault report.
+std::string small_file(const std::filesystem::path& path) {
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (error || size > kMaxFaultReport_bytes) return {};
+  std::ifstream in(path, std::ios::binary);
+  std::stringstream content;
+  content << in.rdbuf();
+  return in ? std::move(content).str() : std::string();
 }
 
 /// 128 random bits.
@@ -127,10 +139,9 @@ class Page::CommandSession final : public live::Conversation {
   ~CommandSession() override { page_.commands_.gone(peer_); }
 
   void hear(std::string_view message) override {
-    const auto now = std::chrono::steady_clock::now();
-    if (now - peer_.heard > kLongSilence) fresh_from_ = now + kLongSilence;
-    peer_.heard = now;
-    if (now < fresh_from_ && (message == "enable" || message == "acknowledge"))
+    peer_.heard = std::chrono::steady_clock::now();
+    const bool fresh = freshness_.hear(peer_.heard);
+    if (!fresh && (message == "enable" || message == "acknowledge"))
       return reply(
           refusal("this page was silent, and the request may have waited in the network: send it again"));
     if (message.starts_with(kTokenWord)) {
@@ -160,7 +171,7 @@ class Page::CommandSession final : public live::Conversation {
   Page& page_;
   std::shared_ptr<live::WebSocket*> socket_;  // expires with the connection
   Peer peer_;
-  std::chrono::steady_clock::time_point fresh_from_{};
+  Freshness freshness_;
 };
 
 Page::Page(Options options, operation::LiveFeed& feed, Commands& commands)
@@ -177,8 +188,33 @@ Page::Page(Options options, operation::LiveFeed& feed, Commands& commands)
 
 Page::~Page() = default;
 
+void Page::post_status(json status, std::function<void()> then) {
+  const std::string path = status.value("fault_report", "");
+  if (path != reported_->path) {
+    FaultFiles files{.path = path, .by_extension = {}};
+    if (!path.empty()) {
+      files.by_extension[""] = small_file(path);
+      files.by_extension[kFrames] = small_file(std::filesystem::path(path).replace_extension(kFrames));
+    }
+    reported_ = std::make_shared<const FaultFiles>(std::move(files));
+  }
+  server_->post([this, files = reported_, status = std::move(status), then = std::move(then)]() mutable {
+    fault_ = files;
+    status_ = std::move(status);
+    then();
+  });
+}
+
 void Page::publish_status(json status) {
-  server_->post([this, status = std::move(status)]() mutable { status_ = std::move(status); });
+  post_status(std::move(status), [] {});
+}
+
+void Page::send_last_status(json status) {
+  const auto sent = std::make_shared<std::packaged_task<void()>>([this] { send_status(); });
+  std::future<void> done = sent->get_future();
+  post_status(std::move(status), [sent] { (*sent)(); });
+  constexpr std::chrono::seconds kPatience{1};
+  (void)done.wait_for(kPatience);
 }
 
 void Page::set_joints(std::span<const hal::JointInfo> joints) {
@@ -195,27 +231,19 @@ Response Page::answer(const live::Request& request) {
   }
   if (request.path == "/info.json") return {.type = "application/json", .body = text(info())};
   if (request.path == "/fault-report" || request.path == "/fault-report.pcapng")
-    return fault_report(request.path == "/fault-report" ? "" : ".pcapng");
+    return fault_report(request.path == "/fault-report" ? "" : kFrames);
   for (const Asset& asset : assets())
     if (asset.path == request.path) return {.type = std::string(asset.type), .body = std::string(asset.body)};
   return {.status = 404, .body = "there is no " + request.path + " here\n"};
 }
 
-/// The files of the last fault, at the path that the daemon itself wrote.
-Response Page::fault_report(std::string_view extension) const {
-  std::filesystem::path file = status_.value("fault_report", "");
-  if (file.empty()) return {.status = 404, .body = "there was no fault\n"};
-  if (!extension.empty()) file.replace_extension(extension);
-  std::error_code error;
-  const std::uintmax_t size = std::filesystem::file_size(file, error);
-  std::ifstream in(file, std::ios::binary);
-  if (error || !in || size > kMaxFaultReport_bytes)
-    return {.status = 404, .body = file.string() + " cannot be read\n"};
-  std::stringstream content;
-  content << in.rdbuf();
-  return {.type = "application/octet-stream",
-          .body = std::move(content).str(),
-          .file_name = file.filename().string()};
+Response Page::fault_report(const std::string& extension) const {
+  const auto file = fault_->by_extension.find(extension);
+  if (file == fault_->by_extension.end() || file->second.empty())
+    return {.status = 404, .body = "there is no such file of a fault\n"};
+  std::filesystem::path name = std::filesystem::path(fault_->path).filename();
+  if (!extension.empty()) name.replace_extension(extension);
+  return {.type = "application/octet-stream", .body = file->second, .file_name = name.string()};
 }
 
 json Page::info() const {
@@ -254,6 +282,7 @@ void Page::add_cycle_times_and_devices(json& status) const {
   status["cycle_us"] = {{"bounds", operation::LiveHistogram::kBounds_us},
                         {"wake_up", feed_.wake_up().counts()},
                         {"step", feed_.step().counts()}};
+  status["samples_lost"] = feed_.lost();
   // The service has reported these itself.
   if (options_.commanded) return;
   status["phase"] = status.value("ended", false) ? "ended" : phase_;
@@ -273,10 +302,14 @@ void Page::tick() {
     channels_.publish(sample);
     phase_ = std::visit([](const auto& record) { return name(record.phase); }, sample.record);
   }
-  const auto now = std::chrono::steady_clock::now();
-  if (now - published_ < kStatusPeriod) return;
-  published_ = now;
+  if (std::chrono::steady_clock::now() - published_ >= kStatusPeriod) send_status();
+}
+
+void Page::send_status() {
+  published_ = std::chrono::steady_clock::now();
   json status = status_;
+  status["fault_frames"] =
+      fault_->by_extension.contains(kFrames) && !fault_->by_extension.at(kFrames).empty();
   add_cycle_times_and_devices(status);
   channels_.publish_status(feed_.now_ns(), status);
 }

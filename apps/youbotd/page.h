@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -61,8 +62,10 @@ class Page final : public live::Site {
   std::string command_url() const { return url() + "#token=" + token_; }
   bool local_only() const noexcept { return server_->local_only(); }
 
-  // Any thread.
+  // One thread, other than the page's.
   void publish_status(nlohmann::json status);
+  /// Waits until it is on its way.
+  void send_last_status(nlohmann::json status);
   void set_joints(std::span<const hal::JointInfo> joints);
 
  private:
@@ -71,7 +74,9 @@ class Page final : public live::Site {
   live::Response answer(const live::Request& request) override;
   std::optional<Opening> open(const live::Request& request) override;
   void tick() override;
-  live::Response fault_report(std::string_view extension) const;
+  void send_status();
+  live::Response fault_report(const std::string& extension) const;
+  void post_status(nlohmann::json status, std::function<void()> then);
   nlohmann::json info() const;
   void add_cycle_times_and_devices(nlohmann::json& status) const;
 
@@ -81,7 +86,15 @@ class Page final : public live::Site {
   std::string token_;
   live::FoxgloveStream stream_;
   operation::LiveChannels channels_;
+  /// Read where a fault is reported: a slow disk must not delay a stop.
+  struct FaultFiles {
+    std::string path;
+    std::map<std::string, std::string> by_extension;
+  };
+
   nlohmann::json status_;
+  std::shared_ptr<const FaultFiles> fault_ = std::make_shared<FaultFiles>();
+  std::shared_ptr<const FaultFiles> reported_ = fault_;  // of the thread that publishes
   std::vector<hal::JointInfo> joints_;
   std::chrono::steady_clock::time_point published_{};
   std::uint64_t sessions_ = 0;

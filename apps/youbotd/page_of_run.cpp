@@ -2,7 +2,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include <thread>
 #include <utility>
 
 #include "runtime/program/build_info.h"
@@ -40,20 +39,21 @@ void PageOfRun::finish(const operation::RunSummary& summary) {
   status["ended"] = true;
   status["fault"] = summary.stop_reason;
   status["fault_report"] = summary.fault_report.value_or("").string();
-  page_.publish_status(std::move(status));
-  std::this_thread::sleep_for(2 * Page::kStatusPeriod);
+  page_.send_last_status(std::move(status));
 }
 
-void PageOfRun::ask(const Peer& /*peer*/, const std::string& request, Page::Reply reply) {
-  if (request == "status") return reply(nlohmann::json{{"ok", true}, {"status", status_}}.dump());
+void PageOfRun::ask(const Peer& peer, const std::string& request, Page::Reply reply) {
+  if (request == "stop") {
+    stop(peer.name);
+    return reply(R"({"ok": true})");
+  }
   reply(nlohmann::json{{"ok", false},
                        {"error", "this run was started from the command line: the page can only stop it"}}
             .dump());
 }
 
 void PageOfRun::stop(const std::string& who) {
-  spdlog::warn("coming to rest: requested by {}", who);
-  stop_ = true;
+  if (!stop_.exchange(true)) spdlog::warn("coming to rest: requested by {}", who);
 }
 
 }  // namespace youbotd

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "apps/youbotd/page.h"
+#include "hal/clock.h"
 #include "operation/config.h"
 #include "operation/live_feed.h"
 #include "operation/run_summary.h"
@@ -20,7 +21,7 @@ class PageOfRun final : private Page::Commands {
 
   operation::LiveFeed& feed() noexcept { return feed_; }
   const Page& page() const noexcept { return page_; }
-  /// Shows how the run ended; waits for the page to get it.
+  /// Shows how the run ended; waits until that is sent.
   void finish(const operation::RunSummary& summary);
 
  private:
@@ -30,7 +31,8 @@ class PageOfRun final : private Page::Commands {
 
   std::atomic<bool>& stop_;
   const nlohmann::json status_;  // at the start
-  operation::LiveFeed feed_;
+  hal::SteadyClock clock_;
+  operation::LiveFeed feed_{clock_};
   Page page_;  // last: its thread uses the above
 };
 

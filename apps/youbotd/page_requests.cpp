@@ -6,11 +6,20 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <string_view>
 #include <utility>
 
 #include "hal/setup_error.h"
 
 namespace youbotd {
+
+namespace {
+
+bool can_move(std::string_view request) {
+  return request == "enable" || request == "acknowledge" || request.starts_with("set ");
+}
+
+}  // namespace
 
 PageRequests::PageRequests() : wake_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
   if (wake_ < 0)
@@ -27,6 +36,10 @@ void PageRequests::wake() const noexcept {
 }
 
 void PageRequests::ask(const Peer& peer, const std::string& request, Page::Reply reply) {
+  if (request == "stop") {
+    stop(peer.name);
+    return reply(R"({"ok": true})");
+  }
   {
     const std::lock_guard lock(mutex_);
     const auto of_this_peer = std::ranges::count(entries_, peer.connection,
@@ -76,7 +89,7 @@ void PageRequests::deliver(ControlServer::Listener& listener) {
     const Entry& entry = entries[i];
     if (entry.request.empty())
       listener.gone(entry.peer);
-    else if (i < outdated)  // such as an "enable" shortly before the stop
+    else if (i < outdated && can_move(entry.request))  // asked for before the stop
       entry.reply(R"({"ok": false, "error": "a stop came after this request"})");
     else
       entry.reply(listener.answer(entry.peer, entry.request));

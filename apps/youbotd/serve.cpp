@@ -24,12 +24,14 @@ namespace {
 /// The page of a service.
 struct ServedPage {
   ServedPage(const std::string& where, const ServeOptions& options, const operation::Config& config,
-             std::span<const hal::JointInfo> joints)
-      : page({.where = where,
+             std::span<const hal::JointInfo> joints, const hal::Clock& clock)
+      : feed(clock),
+        page({.where = where,
               .teleoperated = config.teleoperated,
               .commanded = true,
               .workspace = config.teleoperated ? config.teleoperation.workspace : config.cycle.workspace,
               .checks = check(config, {.record_directory = options.service.record_directory,
+                                       .record_format = options.service.record_format,
                                        .allow_non_real_time = options.allow_non_real_time})},
              feed, requests) {
     page.set_joints(joints);
@@ -54,7 +56,7 @@ void serve(const ServeOptions& options, const std::atomic<bool>& stop) {
   std::optional<ServedPage> page;
   ServiceOptions service_options = options.service;
   if (options.page) {
-    page.emplace(*options.page, options, config, robot.robot->joints());
+    page.emplace(*options.page, options, config, robot.robot->joints(), clock);
     service_options.live = &page->feed;
   }
   Service service(service_options, config, robot, master, clock);

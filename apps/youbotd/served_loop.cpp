@@ -57,10 +57,12 @@ void ServedLoop::idle() noexcept {
 /// What the joints measure while the drives are off.
 void ServedLoop::show_idle() noexcept {
   if (live_ == nullptr) return;
-  const auto measured = [this](auto& record) {
+  const bool fresh = report_.robot.ok();
+  const auto measured = [this, fresh](auto& record) {
+    constexpr double kNaN = operation::CycleRecord::kNaN;
     for (std::size_t i = 0; i < record.position_rad.size(); ++i) {
-      record.position_rad[i] = robot_sample_.joints[i].position_rad;
-      record.torque_measured_Nm[i] = robot_sample_.joints[i].torque_Nm;
+      record.position_rad[i] = fresh ? robot_sample_.joints[i].position_rad : kNaN;
+      record.torque_measured_Nm[i] = fresh ? robot_sample_.joints[i].torque_Nm : kNaN;
     }
     record.wake_up = times_.wake_up;
     record.step = times_.step;
@@ -69,12 +71,18 @@ void ServedLoop::show_idle() noexcept {
     operation::TeleopRecord record;
     record.setpoint_p_WT_m = record.tip_p_WT_m = record.base_W = operation::CycleRecord::kUnknown;
     record.command.fill(operation::CycleRecord::kNaN);
+    record.held_force_H_N = record.grip_force_H_N = operation::CycleRecord::kUnknown;
+    record.wrench_W.fill(operation::CycleRecord::kNaN);
+    record.tank_J = operation::CycleRecord::kNaN;
     measured(record);
     live_->add(record, /*running=*/false);
   } else {
     operation::CycleRecord record{.phase = operation::Phase::kOff};
     record.odometry_W = operation::CycleRecord::kUnknown;
     record.torque_command_Nm.fill(operation::CycleRecord::kNaN);
+    for (std::size_t i = 0; i < record.velocity_rad_per_s.size(); ++i)
+      record.velocity_rad_per_s[i] = record.reported_velocity_rad_per_s[i] =
+          fresh ? robot_sample_.joints[i].velocity_rad_per_s : operation::CycleRecord::kNaN;
     measured(record);
     live_->add(record, /*running=*/false);
   }

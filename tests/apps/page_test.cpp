@@ -1,5 +1,6 @@
 // The page of youbotd, as a browser and other programs meet it, and its requests on their way to a service.
 #include "apps/youbotd/page.h"
+#include "apps/youbotd/freshness.h"
 
 #include <gtest/gtest.h>
 #include <poll.h>
@@ -70,7 +71,8 @@ struct PageTest : testing::Test {
   }
 
   support::TemporaryDirectory folder;
-  operation::LiveFeed feed;
+  hal::SteadyClock feed_clock;
+  operation::LiveFeed feed{feed_clock};
   FakeCommands commands;
   Page page{{.where = "localhost:0",
              .commanded = true,
@@ -93,7 +95,7 @@ TEST_F(PageTest, ServesItsFiles) {
     EXPECT_EQ(client.ask("GET", path).status, 404) << path;
 }
 
-TEST_F(PageTest, AnybodyMayStopAndNothingElseTakesAPost) {
+TEST_F(PageTest, EveryoneMayStopAndNothingElseTakesAPost) {
   WebClient client(port);
   EXPECT_EQ(client.ask("POST", "/enable", "Content-Length: 0\r\n").status, 404);
   EXPECT_EQ(client.ask("GET", "/stop").status, 404) << "no link or image stops it";
@@ -189,26 +191,31 @@ TEST_F(PageTest, AVanishedPageIsReported) {
   EXPECT_EQ(commands.get(commands.left)[0].connection, commands.get(commands.asked)[0].first.connection);
 }
 
-TEST_F(PageTest, AFaultReportIsThereAsLongAsItsFilesAre) {
+TEST_F(PageTest, TheFilesOfAFaultAreThoseOfItsReport) {
   WebClient client(port);
   EXPECT_EQ(client.ask("GET", "/fault-report").status, 404) << "before the first status";
   const std::string csv = folder.write("fault-1.csv", "time_s\n1\n");
+  (void)folder.write("fault-1.pcapng", "frames");
   page.publish_status({{"fault_report", csv}});
-  auto report = client.ask("GET", "/fault-report");
-  while (report.status != 200) report = client.ask("GET", "/fault-report");
+  std::filesystem::remove(csv);
+  const auto report = client.ask("GET", "/fault-report");  // answered after the status
+  EXPECT_EQ(report.status, 200);
   EXPECT_EQ(report.body, "time_s\n1\n");
   EXPECT_EQ(report.header("Content-Disposition"), "attachment; filename=\"fault-1.csv\"");
-  EXPECT_EQ(client.ask("GET", "/fault-report.pcapng").status, 404);
-  (void)folder.write("fault-1.pcapng", "frames");
   EXPECT_EQ(client.ask("GET", "/fault-report.pcapng").body, "frames");
-  std::filesystem::remove(csv);
+
+  constexpr std::uintmax_t kMax = std::uintmax_t{4} << 20;  // as in docs/bounds.md
+  for (const auto& [name, size, status] :
+       {std::tuple{"largest.csv", kMax, 200}, {"larger.csv", kMax + 1, 404}}) {
+    const std::string path = folder.write(name, "");
+    std::filesystem::resize_file(path, size);
+    page.publish_status({{"fault_report", path}});
+    EXPECT_EQ(client.ask("GET", "/fault-report").status, status) << name;
+    EXPECT_EQ(client.ask("GET", "/fault-report.pcapng").status, 404) << "this robot has no bus";
+  }
+  std::filesystem::create_directory(folder / "directory");
+  page.publish_status({{"fault_report", (folder / "directory").string()}});
   EXPECT_EQ(client.ask("GET", "/fault-report").status, 404);
-  (void)folder.write("fault-1.csv", "");
-  std::filesystem::resize_file(csv, (std::uintmax_t{64} << 20) + 1);  // takes no space
-  EXPECT_EQ(client.ask("GET", "/fault-report").status, 404) << "too large to be one of ours";
-  std::filesystem::remove(csv);
-  std::filesystem::create_directory(csv);
-  EXPECT_EQ(client.ask("GET", "/fault-report").status, 404) << "a directory";
 }
 
 TEST_F(PageTest, StreamsItsStatusToAClientOfEitherName) {
@@ -239,7 +246,8 @@ TEST_F(PageTest, StreamsItsStatusToAClientOfEitherName) {
 }
 
 TEST(PageStop, APageEndsWithOpenCommands) {
-  operation::LiveFeed feed;
+  hal::SteadyClock feed_clock;
+  operation::LiveFeed feed{feed_clock};
   FakeCommands commands;
   auto page = std::make_unique<Page>(Page::Options{.where = "localhost:0"}, feed, commands);
   WebClient control(port_of(page->url()));
@@ -291,17 +299,44 @@ TEST_F(PageRequestsTest, ArriveInOrderAndWakeTheService) {
 
 TEST_F(PageRequestsTest, AStopComesFirstAndWhatWasAskedBeforeItIsOutdated) {
   ask("enable");
-  requests.stop("somebody");
+  requests.stop("another page");
   ask("status");
   EXPECT_TRUE(awake());
   requests.deliver(service);
-  EXPECT_EQ(service.heard, (std::vector<std::string>{"somebody: stop", "page: status"}))
+  EXPECT_EQ(service.heard, (std::vector<std::string>{"another page: stop", "page: status"}))
       << "an enable after the stop would move the robot again";
   ASSERT_EQ(answers.size(), 2U);
   EXPECT_EQ(json::parse(answers[0])["ok"], false);
   ask("enable");
   requests.deliver(service);
   EXPECT_EQ(service.heard.back(), "page: enable") << "a later one counts";
+}
+
+TEST_F(PageRequestsTest, AStopOutdatesOnlyWhatCanMove) {
+  for (const char* request : {"enable", "disable", "alive", "set velocity 1 0 0", "status"}) ask(request);
+  requests.stop("another page");
+  requests.deliver(service);
+  EXPECT_EQ(service.heard,
+            (std::vector<std::string>{"another page: stop", "page: disable", "page: alive", "page: status"}));
+}
+
+TEST_F(PageRequestsTest, AStopOverTheControlConnectionHasThePlaceOfAStop) {
+  for (std::size_t i = 0; i < youbotd::kMaxPageRequests; ++i) ask("alive");
+  ask("stop");
+  EXPECT_EQ(json::parse(answers.back())["ok"], true);
+  requests.deliver(service);
+  EXPECT_EQ(service.heard.front(), "page: stop");
+}
+
+TEST(Freshness, WhatFollowsALongSilenceMayHaveWaited) {
+  using std::chrono::milliseconds;
+  youbotd::Freshness freshness;
+  const youbotd::Freshness::Time begin{milliseconds(10'000)};
+  EXPECT_TRUE(freshness.hear(begin)) << "the first message of a connection";
+  EXPECT_TRUE(freshness.hear(begin + milliseconds(500)));
+  EXPECT_FALSE(freshness.hear(begin + milliseconds(1001)));
+  EXPECT_FALSE(freshness.hear(begin + milliseconds(1500))) << "delivered together with it";
+  EXPECT_TRUE(freshness.hear(begin + milliseconds(1501)));
 }
 
 TEST_F(PageRequestsTest, OnePageLeavesRoomForTheOthers) {
@@ -326,10 +361,10 @@ TEST_F(PageRequestsTest, OneTooManyIsRefusedAndAStopIsNot) {
   ask("one more");
   ASSERT_EQ(answers.size(), 1U);
   EXPECT_EQ(json::parse(answers[0])["ok"], false);
-  requests.stop("somebody");
+  requests.stop("another page");
   requests.gone(peer);
   requests.deliver(service);
-  EXPECT_EQ(service.heard.front(), "somebody: stop");
+  EXPECT_EQ(service.heard.front(), "another page: stop");
   EXPECT_EQ(service.heard.back(), "page is gone");
   EXPECT_EQ(answers.size(), youbotd::kMaxPageRequests + 1);
   ask("status");

@@ -272,7 +272,8 @@ TEST_F(ServedLoopTest, EndsOnlyAfterTheRunHasComeToRest) {
 TEST_F(ServedLoopTest, WithoutARunAPageShowsWhatTheJointsMeasure) {
   robot.measured.joints[0].position_rad = 0.25;
   robot.measured.joints[3].torque_Nm = -0.5;
-  operation::LiveFeed feed;
+  hal::SteadyClock feed_clock;
+  operation::LiveFeed feed{feed_clock};
   ServedLoop shown(robot, nullptr, nullptr, kSilence, &feed);
   shown.step(1ms);
   shown.record() = {.wake_up = 1us, .step = 7us};

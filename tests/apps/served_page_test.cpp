@@ -40,7 +40,7 @@ struct ServedPage : testing::Test {
     ASSERT_EQ(enabled["ok"], true) << enabled;
     ASSERT_EQ(enabled["status"]["enabled"], true);
   }
-  /// Asks as somebody without the token until the robot is off; the test hangs otherwise.
+  /// Asks without the token until the robot is off; the test hangs otherwise.
   void wait_for_rest() const {
     WebClient other(port);
     ASSERT_EQ(other.open("/control").status, 101);

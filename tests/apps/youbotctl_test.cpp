@@ -247,7 +247,7 @@ TEST_F(Youbotctl, HoldKeepsTheBaseWhereItStandsUntilAStop) {
   EXPECT_TRUE(comes_to_rest());
 }
 
-TEST_F(Youbotctl, OneCommandsAndAnybodyMayStop) {
+TEST_F(Youbotctl, OneCommandsAndEveryoneMayStop) {
   Process youbotd(daemon());
   ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
   EXPECT_EQ(tell({"mode", "velocity"}).exit_code, 0);
@@ -596,7 +596,7 @@ TEST_F(Youbotctl, ARequestIsUpTo4096BytesLong) {
       << "the commander stays, and so does the run";
 }
 
-TEST_F(Youbotctl, AmidHostileClientsTheCommanderIsHeardAndAnybodyMayStop) {
+TEST_F(Youbotctl, AmidHostileClientsTheCommanderIsHeardAndEveryoneMayStop) {
   config = folder.write("patient.toml",
                         "[loop]\nperiod_s = 0.01\ncommand_timeout_s = 2.0\ncommander_timeout_s = 5.0\n"
                         "[compensation]\nfilter_cutoff_rad_per_s = 50\n[[path.leg]]\nforward_m = 0.1\n");

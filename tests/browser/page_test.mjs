@@ -117,7 +117,7 @@ try {
     await until(() => state(browser), text => /stopping|lowering|ended|No connection/.test(text));
     assert.equal(await run.ended, 130);
     assert.match(run.log, /coming to rest: requested by the page at 127\.0\.0\.1/);
-    await until(() => state(browser), text => text === 'No connection to youbotd: what is shown is old');
+    await until(() => state(browser), text => text === 'The run has ended');
   });
   await check('the console is free of errors', () => {
     const lost = /ERR_CONNECTION_REFUSED|WebSocket connection/;  // after its end
@@ -190,9 +190,11 @@ try {
     assert.equal(page, window);
   });
   await check('Escape stops it', async () => {
+    assert.match(await state(browser), /^velocity: running/);
     await browser.send('Input.dispatchKeyEvent', {type: 'keyDown', key: 'Escape', code: 'Escape'});
     await until(() => state(browser), text => text === 'Drives off');
-    assert.equal(await browser.evaluate(() => document.getElementById('message').textContent), '');
+    await until(() => browser.evaluate(() => document.getElementById('message').textContent), text => text === '');
+    assert.match(service.log, /coming to rest: requested by the page at /);
   });
   await check('the robot comes to rest when the page that commands is closed', async () => {
     await enable(browser);

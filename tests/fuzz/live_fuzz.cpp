@@ -48,7 +48,7 @@ std::string name_in(std::string_view host) {
   return name;
 }
 
-/// No name that somebody else can register.
+/// No name that another person can register.
 bool is_ours(const std::string& name) {
   std::array<char, 256> own{};
   require(gethostname(own.data(), own.size() - 1) == 0);

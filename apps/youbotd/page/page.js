@@ -7,16 +7,26 @@ const kRate_Hz = 100;
 const kPlot_ms = 100;
 const kStale_ms = 1000;
 const kAlive_ms = 100;
+const kCertain_ms = 3000;
 const kGood = 'good', kWarn = 'warn', kBad = 'bad';
 const at = id => document.getElementById(id);
 const show = (id, visible) => { at(id).hidden = !visible; };
 const text = (id, content) => { if (at(id).textContent !== content) at(id).textContent = content; };
 
 // stop.js has the functions complain() and stop().
-const load_info = async () => (await fetch('info.json')).json();
+async function load_info() {
+  for (;;) {
+    try {
+      return await (await fetch('info.json')).json();
+    } catch {
+      await new Promise(resolve => setTimeout(resolve, kStale_ms));
+    }
+  }
+}
 const info = await load_info();
 const history = new History(info.columns, kRate_Hz);
 const plots = new Plots(at('plots'), history);
+const kNoToken = at('no-token').textContent;
 let record = null;   // newest values by name
 let status = {};
 let connected = false;
@@ -25,18 +35,26 @@ let commander;
 
 // --- State ----------------------------------------------------------------------------------------------------------
 
+function is_fresh() {
+  return connected && performance.now() - heard_ms < kStale_ms;
+}
+
 function describe_state() {
+  const fault = status.fault && !status.fault_acknowledged;
+  if (status.ended)
+    return fault ? [kBad, `The run was stopped by a fault at ${status.fault}`] : [kWarn, 'The run has ended'];
   if (!connected) return [kBad, 'No connection to youbotd: what is shown is old'];
-  if (performance.now() - heard_ms > kStale_ms) return [kBad, 'No data for more than 1 s: the network or the cycle of youbotd has stopped'];
-  if (status.fault && !status.fault_acknowledged) return [kBad, `Stopped by a fault at ${status.fault}`];
+  if (record === null) return [kWarn, 'Waiting for the robot'];
+  if (!is_fresh()) return [kBad, 'No data for more than 1 s: the network or the cycle of youbotd has stopped'];
+  if (fault) return [kBad, `Stopped by a fault at ${status.fault}`];
   const who = status.commander ? `, commanded by ${status.commander}` : '';
   if (status.enabled) return [kGood, `${status.mode}: ${status.phase}${who}`];
-  return [kWarn, status.ended ? 'The run has ended' : 'Drives off'];
+  return [kWarn, 'Drives off'];
 }
 
 function reasons() {
   const list = [];
-  if (status.enabled || status.ended) return list;
+  if (!connected || !status.format || status.enabled || status.ended) return list;
   if (status.fault && !status.fault_acknowledged)
     list.push({found: `the last run was stopped by a fault at ${status.fault}`, remedy: 'acknowledge it: youbotctl acknowledge'});
   if (status.robot_state && status.robot_state !== 'ready') list.push({found: `robot: ${status.robot_state}`});
@@ -193,7 +211,8 @@ function show_cycle() {
 function show_fault() {
   show('fault-section', Boolean(status.fault));
   text('fault', status.fault ?? '');
-  show('fault-report', Boolean(status.fault_report));
+  show('fault-report', connected && Boolean(status.fault_report));
+  show('fault-frames', Boolean(status.fault_frames));
 }
 
 // --- 3D -------------------------------------------------------------------------------------------------------------
@@ -264,34 +283,45 @@ class Commander {
         show_commands(true);
       }
       if (answer.ok) return;
-      if (this.name === null) sessionStorage.removeItem('token');  // of an earlier start
       complain(answer.error);
+      if (this.name !== null) return;
+      sessionStorage.removeItem('token');  // of an earlier start
+      this.refused = true;
+      show_commands(false, kNoToken);
     };
     this.socket.onclose = () => {
       this.name = null;
+      if (this.refused) return;
       show_commands(false, 'Not connected.');
       setTimeout(() => this.open(), 1000);
     };
   }
 
+  // Only over a connection that takes it at once: what waits would come too late.
   send(request) {
-    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(request);
+    const usable = connected && this.socket.readyState === WebSocket.OPEN && this.socket.bufferedAmount === 0;
+    if (usable) this.socket.send(request);
+    return usable;
+  }
+
+  ask(request) {
+    complain('');
+    if (!this.send(request)) complain('No connection to youbotd: try again.');
   }
 
   commands() {
     return this.name !== null && status.commander === this.name;
   }
 
-  // The commander's sign of life; a hidden page gives none, and the robot comes to rest.
+  // The commander's sign of life. A page that is hidden or gets no data gives none, and the robot comes to rest.
   beat() {
-    if (!this.name || document.hidden) return;
-    const sees = connected && performance.now() - heard_ms < kStale_ms;
-    const drives = this.drive && sees && this.commands() && status.phase === 'running';
+    if (!this.name || document.hidden || !is_fresh()) return;
+    const drives = this.drive && this.commands() && status.phase === 'running';
     this.send(drives ? `set velocity ${this.drive.join(' ')}` : 'alive');
   }
 }
 
-function show_commands(usable, why = at('no-token').textContent) {
+function show_commands(usable, why = kNoToken) {
   show('with-token', usable);
   text('no-token', why);
   show('no-token', !usable);
@@ -304,20 +334,22 @@ function start_commands() {
   const commander = new Commander(token);
   const modes = info.teleoperated ? ['teleoperation'] : ['path', 'velocity', 'hold'];
   at('mode').replaceChildren(...modes.map(mode => element('option', mode)));
-  at('mode').onchange = () => commander.send(`mode ${at('mode').value}`);
+  at('mode').onchange = () => commander.ask(`mode ${at('mode').value}`);
   at('enable').onclick = () => {
-    complain('');
     commander.drive = null;
-    if (connected && commander.socket.bufferedAmount === 0) commander.send('enable');
-    else complain('No connection to youbotd: try again.');
+    commander.ask('enable');
   };
   at('disable').onclick = () => {
-    if (!info.teleoperated || confirm('Without power the arm falls. Switch the drives off?')) commander.send('disable');
+    const certain = !info.teleoperated || at('disable').dataset.certain;
+    if (certain) commander.ask('disable');
+    at('disable').dataset.certain = certain ? '' : 'yes';
+    text('disable', certain ? 'Drives off' : 'The arm falls: press again');
+    if (!certain) setTimeout(() => {
+      at('disable').dataset.certain = '';
+      text('disable', 'Drives off');
+    }, kCertain_ms);
   };
-  at('acknowledge').onclick = () => {
-    complain('');
-    commander.send('acknowledge');
-  };
+  at('acknowledge').onclick = () => commander.ask('acknowledge');
   const halt = () => { if (commander.drive) commander.drive = [0, 0, 0]; };
   const speed = () => Number(at('speed').value);
   at('speed').oninput = () => text('speed-text', `${speed().toFixed(2)} m/s`);
@@ -328,7 +360,8 @@ function start_commands() {
       button.setPointerCapture(event.pointerId);
       commander.drive = [direction[0] * speed(), direction[1] * speed(), direction[2] * 2 * speed()];
     };
-    button.onpointerup = button.onpointercancel = button.onlostpointercapture = button.oncontextmenu = halt;
+    button.onpointerup = button.onpointercancel = button.onlostpointercapture = halt;
+    button.oncontextmenu = event => event.preventDefault();  // of a long press
   }
   addEventListener('blur', halt);
   document.addEventListener('visibilitychange', halt);
@@ -398,7 +431,9 @@ setInterval(() => {
 setInterval(async () => {
   show_status();
   if (info.joints.length > 0 || !connected) return;
-  info.joints = (await load_info()).joints;  // the robot was not open yet
+  const {joints} = await load_info();  // the robot was not open yet
+  if (info.joints.length > 0) return;
+  info.joints = joints;
   make_joints();
 }, kStale_ms);
 start_3d();
