@@ -55,9 +55,7 @@ class BaseReport final : public RunReport<CycleRecord, Summary> {
     add_summary(page, summary);
     add_path(page);
     add_motion(page, summary);
-    common_.add_limits(page);
-    common_.add_phases(page);
-    common_.add_cycle_times(page, summary);
+    common_.add_rest(page, summary);
     return page;
   }
 
@@ -84,24 +82,24 @@ class BaseReport final : public RunReport<CycleRecord, Summary> {
 
   void add_summary(report::Page& page, const Summary& summary) const {
     const PathMetrics& path = summary.path;
-    const auto row = [](const char* what, const std::string& value, const char* meaning) {
-      return report::Row{std::string(what), value, std::string(meaning)};
-    };
     page.heading("Summary");
     page.table(
         {{"what"}, {"value"}, {"how it is measured"}},
-        {row("robot", summary.robot, summary.virtual_time ? "in virtual time" : "in real time"),
-         row("friction compensation", config_.controller.compensate_friction ? "on" : "off", "of the wheels"),
-         row("first motion",
+        {summary_row("robot", summary.robot, summary.virtual_time ? "in virtual time" : "in real time"),
+         summary_row("friction compensation", config_.controller.compensate_friction ? "on" : "off",
+                     "of the wheels"),
+         summary_row(
+             "first motion",
              path.first_motion() ? fmt::format("{:.2f} s", hal::seconds(*path.first_motion())) : "never",
              "after the drives began to obey"),
-         row("distance from the reference, rms", fmt::format("{:.1f} mm", 1e3 * path.rms_m()),
-             path.on_truth() ? "true pose of the simulation" : "odometry"),
-         row("at worst", fmt::format("{:.1f} mm", 1e3 * path.worst_m()), "while it followed the reference"),
-         row("heading error at worst", fmt::format("{:.3f} rad", path.worst_rad()), "likewise"),
-         row("distance at the end", fmt::format("{:.1f} mm", 1e3 * path.final_m()),
-             "in the last cycle with a reference"),
-         row("heading error at the end", fmt::format("{:.3f} rad", path.final_rad()), "likewise")});
+         summary_row("distance from the reference, rms", fmt::format("{:.1f} mm", 1e3 * path.rms_m()),
+                     path.on_truth() ? "true pose of the simulation" : "odometry"),
+         summary_row("at worst", fmt::format("{:.1f} mm", 1e3 * path.worst_m()),
+                     "while it followed the reference"),
+         summary_row("heading error at worst", fmt::format("{:.3f} rad", path.worst_rad()), "likewise"),
+         summary_row("distance at the end", fmt::format("{:.1f} mm", 1e3 * path.final_m()),
+                     "in the last cycle with a reference"),
+         summary_row("heading error at the end", fmt::format("{:.3f} rad", path.final_rad()), "likewise")});
   }
 
   void add_path(report::Page& page) const {
@@ -111,15 +109,14 @@ class BaseReport final : public RunReport<CycleRecord, Summary> {
     if (!reference_.empty()) paths.push_back(reference_.series("reference", 1, Style::kDashed));
     report::Plot plot = path_plot("From above", 1, std::move(paths));
     plot.note = "In the frame of the start: x forward, y to the left.";
-    add_base_walls(plot, config_.workspace);
+    add_base_limits(plot, config_.workspace);
     page.plot(plot);
   }
 
   void add_motion(report::Page& page, const Summary& summary) const {
     const std::vector<report::Span> spans = common_.spans(summary);
     const auto plot = [&spans](const char* title, const report::Axis& y, std::vector<report::Series> series) {
-      return report::Plot{
-          .title = title, .x = time_axis(), .y = y, .series = std::move(series), .spans = spans};
+      return over_time(title, y, std::move(series), spans);
     };
     const auto wheels = [this](std::size_t first) {
       std::vector<report::Series> series;

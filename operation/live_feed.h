@@ -7,9 +7,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <mutex>
+#include <optional>
 #include <type_traits>
 #include <variant>
 
+#include "hal/clock.h"
 #include "hal/robot.h"
 #include "operation/cycle_record.h"
 #include "operation/teleop_record.h"
@@ -54,17 +56,17 @@ class LiveFeed {
   /// The cycle passes on one record in this time.
   static constexpr std::chrono::milliseconds kPeriod{10};
 
-  LiveFeed()
-      : epoch_(std::chrono::system_clock::now().time_since_epoch() -
-               std::chrono::steady_clock::now().time_since_epoch()) {}
+  /// `clock` must outlive it; several threads read it.
+  explicit LiveFeed(const hal::Clock& clock)
+      : clock_(clock), epoch_(std::chrono::system_clock::now().time_since_epoch() - clock.now()) {}
 
   /// Cycle: wait-free.
   template <typename Record>
   void add(const Record& record, bool running = true) noexcept {
     wake_up_.add(record.wake_up);
     step_.add(record.step);
-    const std::chrono::nanoseconds now = std::chrono::steady_clock::now().time_since_epoch();
-    if (now - last_ < kPeriod) return;
+    const std::chrono::nanoseconds now = clock_.now();
+    if (last_ && now - *last_ < kPeriod) return;
     last_ = now;
     LiveSample sample{
         .time_ns = static_cast<std::uint64_t>((epoch_ + now).count()), .running = running, .record = record};
@@ -74,7 +76,7 @@ class LiveFeed {
 
   /// Any thread: time since 1970 by a clock that is set once, at the start.
   std::uint64_t now_ns() const noexcept {
-    return static_cast<std::uint64_t>((epoch_ + std::chrono::steady_clock::now().time_since_epoch()).count());
+    return static_cast<std::uint64_t>((epoch_ + clock_.now()).count());
   }
 
   /// The reader's thread: false if there is nothing new.
@@ -100,8 +102,9 @@ class LiveFeed {
   static constexpr std::size_t kCapacity = 256;  // 2.5 s
 
   runtime::SpscRing<LiveSample> ring_{kCapacity};
+  const hal::Clock& clock_;
   std::chrono::nanoseconds epoch_;
-  std::chrono::nanoseconds last_{};
+  std::optional<std::chrono::nanoseconds> last_;
   LiveHistogram wake_up_;
   LiveHistogram step_;
   std::atomic<std::uint64_t> lost_{0};

@@ -90,6 +90,7 @@ class RecordedRun : public Run {
         after_cycle_(std::move(around.after_cycle)) {
     summary_.robot = config.robot.name;
     summary_.virtual_time = options.virtual_time;
+    summary_.record_directory = options.record_directory.value_or("");
     runtime::warn_of(config.cycle.checks_off);
   }
 

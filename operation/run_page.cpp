@@ -26,7 +26,7 @@ report::Series slower_than(const char* name, const drivers::LatencyHistogram& hi
   constexpr int kPointsPerDecade = 8;
   report::Series series{.name = name, .x = {}, .y = {}};
   const auto count = static_cast<double>(histogram.count());
-  for (int i = 1; count > 0; ++i) {
+  for (int i = 0; count > 0; ++i) {
     const double share = std::max(1 / count, std::pow(10.0, -static_cast<double>(i) / kPointsPerDecade));
     series.x.push_back(hal::microseconds(histogram.quantile(1 - share)));
     series.y.push_back(100 * share);
@@ -36,6 +36,20 @@ report::Series slower_than(const char* name, const drivers::LatencyHistogram& hi
 }
 
 }  // namespace
+
+report::Plot over_time(const std::string& title, const report::Axis& y, std::vector<report::Series> series,
+                       const std::vector<report::Span>& spans, std::string note) {
+  return {.title = title,
+          .x = time_axis(),
+          .y = y,
+          .series = std::move(series),
+          .note = std::move(note),
+          .spans = spans};
+}
+
+report::Row summary_row(const std::string& what, const std::string& value, const std::string& meaning) {
+  return {what, value, meaning};
+}
 
 RunPage::RunPage(std::chrono::nanoseconds period, const std::vector<Limit>& more_limits)
     : period_s_(hal::seconds(period)) {
@@ -74,6 +88,7 @@ void RunPage::add_end(report::Page& page, const RunSummary& summary) {
   if (summary.cycles_lost > 0)
     page.text(std::to_string(summary.cycles_lost) +
               " cycles are missing in the recording and, in part, here.");
+  for (const std::string& problem : summary.recording_problems) page.text("Recording: " + problem + ".");
   if (summary.stop_reason.empty()) {
     page.text(summary.cut_short ? "No fault. Stopped before the motion was finished." : "No fault.");
     return;
@@ -83,17 +98,27 @@ void RunPage::add_end(report::Page& page, const RunSummary& summary) {
       {std::string("time"), fmt::format("{:.3f} s", hal::seconds(summary.stop_time))},
       {std::string("cause"), summary.stop_reason}};
   if (summary.fault_report) {
-    // Beside this page, if the directory of the recording could be written.
-    const auto add = [&rows](const char* what, const std::filesystem::path& path) {
+    const auto add = [&](const char* what, const std::filesystem::path& path) {
       std::error_code unknown;
-      if (std::filesystem::exists(path, unknown))
-        rows.push_back({std::string(what), report::Link{path.filename().string(), path.filename().string()}});
+      if (!std::filesystem::exists(path, unknown)) return;
+      const std::string name = path.filename().string();
+      // Elsewhere, if the directory of the recording could not take it.
+      if (path.parent_path() == summary.record_directory)
+        rows.push_back({std::string(what), report::Link{name, name}});
+      else
+        rows.push_back({std::string(what), path.string()});
     };
     add("the last second, each cycle", *summary.fault_report);
     add("frames of the bus, for Wireshark",
         std::filesystem::path(*summary.fault_report).replace_extension(".pcapng"));
   }
   page.table({{"fault"}, {"value"}}, rows);
+}
+
+void RunPage::add_rest(report::Page& page, const RunSummary& summary) const {
+  add_limits(page);
+  add_phases(page);
+  add_cycle_times(page, summary);
 }
 
 void RunPage::add_phases(report::Page& page) const {

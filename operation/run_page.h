@@ -22,6 +22,12 @@ namespace operation {
 /// x of all plots over time, which are linked.
 inline report::Axis time_axis() { return {.label = "time", .unit = "s", .link = "time"}; }
 
+/// A plot over time with the spans of phases.
+report::Plot over_time(const std::string& title, const report::Axis& y, std::vector<report::Series> series,
+                       const std::vector<report::Span>& spans, std::string note = {});
+/// Of the table in "Summary".
+report::Row summary_row(const std::string& what, const std::string& value, const std::string& meaning);
+
 /// A command this close to its limit is limited, as rounding goes.
 inline bool is_at_limit(double command, double limit) noexcept {
   return std::abs(command) >= (1 - 1e-9) * limit;
@@ -73,11 +79,14 @@ class RunPage {
   }
   /// First: a paragraph for a run that ended well, otherwise time, cause and files.
   static void add_end(report::Page& page, const RunSummary& summary);
+  /// Last: limits touched, phases, cycle times.
+  void add_rest(report::Page& page, const RunSummary& summary) const;
+
+ private:
   void add_phases(report::Page& page) const;
   void add_limits(report::Page& page) const;
   void add_cycle_times(report::Page& page, const RunSummary& summary) const;
 
- private:
   struct Touched {
     Limit limit;
     Occurrences occurrences;

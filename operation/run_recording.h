@@ -16,7 +16,7 @@
 namespace operation {
 
 /// A row of teleoperation as CSV has 750 bytes, the five rows of a base together 550. As MCAP, a row of
-/// teleoperation takes 90 bytes in simulation; noise of a robot adds to that.
+/// teleoperation takes 90 bytes in virtual time and 105 in real time; noise of a robot adds to that.
 constexpr double bytes_per_cycle(runtime::RecordingFormat format) {
   return format == runtime::RecordingFormat::kCsv ? 800 : 160;
 }

@@ -27,6 +27,7 @@ struct RunSummary {
   std::string stop_reason;               ///< empty if there was no fault
   std::chrono::nanoseconds stop_time{};  ///< of the fault, as in the recording
   std::optional<std::filesystem::path> fault_report;
+  std::filesystem::path record_directory;  ///< empty: not recorded
   bool recorded = false;
   std::uint64_t cycles_recorded = 0;
   std::uint64_t cycles_lost = 0;

@@ -90,9 +90,7 @@ class TeleopReport final : public RunReport<TeleopRecord, TeleopSummary> {
     const std::vector<report::Span> spans = spans_of(summary);
     add_forces(page, spans);
     add_joint_sections(page, spans);
-    common_.add_limits(page);
-    common_.add_phases(page);
-    common_.add_cycle_times(page, summary);
+    common_.add_rest(page, summary);
     return page;
   }
 
@@ -134,9 +132,10 @@ class TeleopReport final : public RunReport<TeleopRecord, TeleopSummary> {
     return limits;
   }
 
-  /// What continuous operation allows: the smaller of the drive's limit and the gear's rating.
+  /// At which the control limits its commands.
   double torque_limit_Nm(std::size_t i) const {
-    return std::min(joints_[i].torque_limit_Nm, joints_[i].rated_torque_Nm);
+    return i < kFirstArmJoint ? config_.robot.base.torque_limit_Nm
+                              : config_.robot.arm_torque_limit_Nm[i - kFirstArmJoint];
   }
 
   void add_joints(const TeleopRecord& record, std::array<double, kChannels>& values) {
@@ -150,7 +149,7 @@ class TeleopReport final : public RunReport<TeleopRecord, TeleopSummary> {
       values[(is_arm ? kArmMeasured : kWheelMeasured) + of_group] =
           record.torque_measured_Nm[i] / torque_limit_Nm(i);
       torque_Nm_[i].add(std::abs(record.torque_measured_Nm[i]));
-      touched_[kGeneralLimits + 2 * i] = is_at_limit(command_Nm, joints_[i].torque_limit_Nm);
+      touched_[kGeneralLimits + 2 * i] = is_at_limit(command_Nm, torque_limit_Nm(i));
       if (!is_arm) continue;
       const auto [lower_rad, upper_rad] = ranges_[of_group];
       const double position_rad = record.position_rad[i];
@@ -184,20 +183,18 @@ class TeleopReport final : public RunReport<TeleopRecord, TeleopSummary> {
   }
 
   void add_summary(report::Page& page, const TeleopSummary& summary) const {
-    const auto row = [](const char* what, const std::string& value, const char* meaning) {
-      return report::Row{std::string(what), value, std::string(meaning)};
-    };
     page.heading("Summary");
     page.table(
         {{"what"}, {"value"}, {"meaning"}},
-        {row("robot", summary.robot, summary.virtual_time ? "in virtual time" : "in real time"),
-         row("haptic device", summary.master, "with which the hand moves the robot"),
-         row("force on the hand", fmt::format("{:.2f} N", summary.largest_grip_force_N), "maximum"),
-         row("energy given to the hand", fmt::format("{:.1f} mJ", 1e3 * summary.most_energy_given_J),
-             "maximum of the net energy since the start"),
-         row("base", fmt::format("{:.2f} m", summary.furthest_base_m), "maximum distance from its start"),
-         row("end effector", fmt::format("{:.0f} mm", 1e3 * summary.largest_tip_error_m),
-             "maximum distance from its set-point while the hand moved the robot")});
+        {summary_row("robot", summary.robot, summary.virtual_time ? "in virtual time" : "in real time"),
+         summary_row("haptic device", summary.master, "with which the hand moves the robot"),
+         summary_row("force on the hand", fmt::format("{:.2f} N", summary.largest_grip_force_N), "maximum"),
+         summary_row("energy given to the hand", fmt::format("{:.1f} mJ", 1e3 * summary.most_energy_given_J),
+                     "maximum of the net energy since the start"),
+         summary_row("base", fmt::format("{:.2f} m", summary.furthest_base_m),
+                     "maximum distance from its start"),
+         summary_row("end effector", fmt::format("{:.0f} mm", 1e3 * summary.largest_tip_error_m),
+                     "maximum distance from its set-point while the hand moved the robot")});
   }
 
   void add_tasks(report::Page& page, const TeleopSummary& summary) const {
@@ -226,23 +223,12 @@ class TeleopReport final : public RunReport<TeleopRecord, TeleopSummary> {
     };
     report::Plot above = path_plot("From above", 1, paths(1));
     above.note = "In the frame of the start: x forward, y to the left.";
-    add_base_walls(above, config_.workspace);
-    add_tip_walls(above, 1, config_.workspace);
+    add_base_limits(above, config_.workspace);
+    add_end_effector_limits(above, 1, config_.workspace);
     report::Plot side = path_plot("From the right side", 2, paths(2));
     side.note = "x forward, z up.";
-    add_tip_walls(side, 2, config_.workspace);
+    add_end_effector_limits(side, 2, config_.workspace);
     page.plots({std::move(above), std::move(side)});
-  }
-
-  static report::Plot over_time(const std::string& title, const report::Axis& y,
-                                std::vector<report::Series> series, const std::vector<report::Span>& spans,
-                                std::string note = {}) {
-    return {.title = title,
-            .x = time_axis(),
-            .y = y,
-            .series = std::move(series),
-            .note = std::move(note),
-            .spans = spans};
   }
 
   void add_forces(report::Page& page, const std::vector<report::Span>& spans) const {

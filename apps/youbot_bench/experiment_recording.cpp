@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <iterator>
 #include <map>
+#include <sstream>
 #include <stdexcept>
 #include <string_view>
 #include <system_error>
@@ -71,6 +72,15 @@ std::string text_of(const fs::path& path) {
   } catch (const std::runtime_error& why) {
     throw hal::SetupError("--resume: " + path.string(), why.what(), "the recording stays as it was");
   }
+}
+
+/// When the measurement began that is resumed: its rows keep their times. Now, if the file does not say it.
+Comment started_of(const fs::path& recording) {
+  constexpr std::string_view kStarted = "# started: ";
+  std::istringstream text(text_of(recording));
+  for (std::string line; std::getline(text, line) && line.starts_with('#');)
+    if (line.starts_with(kStarted)) return {"started", line.substr(kStarted.size())};
+  return runtime::started_now();
 }
 
 /// Calls `take` for each row of the recording at `path`.
@@ -181,9 +191,10 @@ ExperimentRecording::ExperimentRecording(const Description& description, bool re
     return finished(row, number);
   };
 
-  const std::vector<Comment> common{{"sample_rate_Hz", shortest(description.rate_Hz)},
-                                    runtime::started_now(),
-                                    {"software", runtime::build_version()}};
+  const Comment started =
+      resume_ ? started_of(rows_directory / (description.joints.front() + ".csv")) : runtime::started_now();
+  const std::vector<Comment> common{
+      {"sample_rate_Hz", shortest(description.rate_Hz)}, started, {"software", runtime::build_version()}};
   const auto comments = [&common](const std::string& rig, const std::string& experiment) {
     std::vector<Comment> result{{"rig", rig}, {"experiment", experiment}};
     result.insert(result.end(), common.begin(), common.end());
@@ -197,7 +208,7 @@ ExperimentRecording::ExperimentRecording(const Description& description, bool re
     if (result_values_ > 0) {
       std::vector<Comment> result_comments{{"rig", joint},
                                            {"experiment", description.result},
-                                           runtime::started_now(),
+                                           started,
                                            {"software", runtime::build_version()}};
       std::ranges::move(reason_comments(joint, description.result_columns, reasons_),
                         std::back_inserter(result_comments));

@@ -331,7 +331,7 @@ void write_report(const std::filesystem::path& directory, const HapticHoldOption
   }
   const report::Axis time{.label = "time", .unit = "s", .link = "time"};
   const auto axes = [&time_s](const std::array<std::vector<double>, 3>& values) {
-    return std::vector<report::Series>{{"x, towards the user", time_s, values[0]},
+    return std::vector<report::Series>{{"x, towards the operator", time_s, values[0]},
                                        {"y, to the right", time_s, values[1]},
                                        {"z, up", time_s, values[2]}};
   };

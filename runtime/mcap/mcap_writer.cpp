@@ -41,7 +41,10 @@ McapWriter::McapWriter(std::function<void(std::string_view)> write, WriterOption
 }
 
 void McapWriter::write(std::string_view bytes) {
-  write_(bytes);
+  if (ending_)
+    *ending_ += bytes;
+  else
+    write_(bytes);
   position_ += bytes.size();
   crc_ = crc32(bytes, crc_);
 }
@@ -212,6 +215,7 @@ std::string McapWriter::statistics() const {
 
 void McapWriter::finish() {
   end_chunk();
+  ending_.emplace();
   std::string data_end;
   append_number(data_end, crc_);
   write_record(Opcode::kDataEnd, data_end);
@@ -246,6 +250,7 @@ void McapWriter::finish() {
   append_number(footer, summary_offset_start);
   append_number(footer, crc32(footer, crc_));
   write(footer + std::string(kMagic));
+  write_(*ending_);
 }
 
 }  // namespace runtime::mcap

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -42,7 +43,8 @@ struct Attachment {
   std::string data = {};
 };
 
-/// `write` gets the file piece by piece; a chunk with its index is one piece. Whatever `write` throws passes
+/// `write` gets the file piece by piece; a chunk with its index is one piece, and so is all that follows the
+/// last chunk. Whatever `write` throws passes
 /// through; the piece then counts as not written, and others may follow.
 ///
 ///     McapWriter writer([&](std::string_view bytes) { file.write(bytes); }, {.library = "..."});
@@ -80,6 +82,7 @@ class McapWriter {
 
   std::function<void(std::string_view)> write_;
   WriterOptions options_;
+  std::optional<std::string> ending_;  // what finish() gathers
   std::uint64_t position_ = 0;
   std::uint32_t crc_ = 0;  // of the section that is being written
 

@@ -29,6 +29,8 @@ RecordingWriter::RecordingWriter(McapWriter& writer, const RecordingHead& head,
   const auto time = head_.column("time_s");
   if (!time) throw std::invalid_argument("the recording has no column time_s");
   time_column_ = *time;
+  block_.reserve(kMaxBlockRows * row_.size());  // append_row() does all or nothing
+  times_ns_.reserve(kMaxBlockRows);
   std::vector<std::string> names;
   for (const auto& column : head_.columns) {
     names.push_back(column.name);
@@ -56,7 +58,9 @@ void RecordingWriter::append_row(std::span<const double> row) {
   if (row.size() != decimals_.size()) throw std::invalid_argument("a row of another width");
   const double since_start_ns = std::nearbyint(row[time_column_] * 1e9);
   constexpr double kLast = 9e18;  // year 2255
-  if (!(since_start_ns > -static_cast<double>(start_ns_) - 1 && since_start_ns < kLast))
+  // Negated so that NaN fails the check.
+  if (!(std::abs(since_start_ns) < kLast) ||
+      static_cast<std::int64_t>(since_start_ns) < -static_cast<std::int64_t>(start_ns_))
     throw std::invalid_argument(fmt::format(
         "time_s is {:g}; the times of an MCAP file are those from 1970 to 2255", row[time_column_]));
   block_.insert(block_.end(), row.begin(), row.end());

@@ -113,7 +113,7 @@ void write_record(CdrWriter& cdr, std::span<const double> row) {
 std::string rows_definition(const std::vector<std::string>& columns) {
   return "# Rows, column by column: the first value, then differences, in half units of the last decimal.\n"
          "# A column that is empty is in `unscaled`, as numbers, one such column after the other.\n"
-         "# Topic /record has each tenth row as numbers; `youbotctl convert` writes all of them.\n"
+         "# Topic /record has rows as numbers at 100 Hz; `youbotctl convert` writes all of them.\n"
          "uint32 rows\n" +
          fields(columns, "int64[]", {"rows", "unscaled"}) + "float64[] unscaled\n";
 }

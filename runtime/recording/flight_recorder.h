@@ -26,8 +26,8 @@ class FlightRecorder {
   }
   std::size_t size() const noexcept { return kept_; }
 
-  /// Oldest first, with the columns of the record; `started`: of time zero. @throws hal::SetupError naming
-  /// path and cause, also if the file is incomplete.
+  /// Oldest first, with the columns of the record; `started`: when the run was made. @throws hal::SetupError
+  /// naming path and cause, also if the file is incomplete.
   void write(const std::filesystem::path& path, const std::string& rig, const RecordingFile::Comment& started,
              const std::string& reason) const {
     RecordingFile file(path,

@@ -400,7 +400,7 @@ TEST(WebServerStart, APortInUseIsAnErrorWithItsRemedy) {
   EXPECT_THROW(WebServer("192.0.2.1:0", site), hal::SetupError) << "an address of documents, RFC 5737";
 }
 
-TEST(WebServerStart, ListensWhereItIsToldTo) {
+TEST(WebServerStart, ListensAtItsAddress) {
   EchoSite site;
   const auto url = [&](const char* where) { return WebServer(where, site).url(); };
   EXPECT_TRUE(url("localhost:0").starts_with("http://127.0.0.1:"));

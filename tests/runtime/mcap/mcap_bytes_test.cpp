@@ -11,32 +11,23 @@
 #include "runtime/mcap/crc32.h"
 #include "runtime/mcap/mcap_writer.h"
 #include "runtime/mcap/ros_messages.h"
+#include "tests/support/hex.h"
 
 namespace mcap_bytes_test {
 
 using namespace runtime::mcap;
+using support::hex;
 
 /// "0a 62": blanks are for people.
-std::string bytes(std::string_view hex) {
+std::string bytes(std::string_view text) {
   std::string result;
   std::string digits;
-  for (const char c : hex) {
+  for (const char c : text) {
     if (c == ' ' || c == '\n') continue;
     digits += c;
     if (digits.size() < 2) continue;
     result += static_cast<char>(std::stoi(digits, nullptr, 16));
     digits.clear();
-  }
-  return result;
-}
-
-std::string hex(std::string_view text) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string result;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    result += kDigits[byte >> 4];
-    result += kDigits[byte & 15];
   }
   return result;
 }

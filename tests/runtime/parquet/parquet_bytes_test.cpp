@@ -12,6 +12,7 @@
 #include "runtime/mcap/compression.h"
 #include "runtime/parquet/parquet_writer.h"
 #include "runtime/parquet/thrift_struct.h"
+#include "tests/support/hex.h"
 
 namespace parquet_bytes_test {
 
@@ -20,17 +21,7 @@ using runtime::parquet::ParquetWriter;
 using runtime::parquet::ThriftStruct;
 using runtime::parquet::Type;
 using runtime::parquet::Values;
-
-std::string hex(std::string_view text) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string result;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    result += kDigits[byte >> 4];
-    result += kDigits[byte & 15];
-  }
-  return result;
-}
+using support::hex;
 
 /// Without the blanks, which are for people.
 std::string packed(std::string_view digits) {
