@@ -30,7 +30,7 @@ using nlohmann::json;
 
 constexpr std::string_view kTokenWord = "token ";
 constexpr std::uintmax_t kMaxFaultReport_bytes = 4 << 20;
-constexpr const char* kFrames = ".pcapng";
+constexpr const char* kPcapng = ".pcapng";
 /// A web application that reads the stream.
 constexpr std::string_view kFoxglove = "https://app.foxglove.dev";
 
@@ -194,7 +194,7 @@ void Page::post_status(json status, std::function<void()> then) {
     FaultFiles files{.path = path, .by_extension = {}};
     if (!path.empty()) {
       files.by_extension[""] = small_file(path);
-      files.by_extension[kFrames] = small_file(std::filesystem::path(path).replace_extension(kFrames));
+      files.by_extension[kPcapng] = small_file(std::filesystem::path(path).replace_extension(kPcapng));
     }
     reported_ = std::make_shared<const FaultFiles>(std::move(files));
   }
@@ -231,7 +231,7 @@ Response Page::answer(const live::Request& request) {
   }
   if (request.path == "/info.json") return {.type = "application/json", .body = text(info())};
   if (request.path == "/fault-report" || request.path == "/fault-report.pcapng")
-    return fault_report(request.path == "/fault-report" ? "" : kFrames);
+    return fault_report(request.path == "/fault-report" ? "" : kPcapng);
   for (const Asset& asset : assets())
     if (asset.path == request.path) return {.type = std::string(asset.type), .body = std::string(asset.body)};
   return {.status = 404, .body = "there is no " + request.path + " here\n"};
@@ -309,7 +309,7 @@ void Page::send_status() {
   published_ = std::chrono::steady_clock::now();
   json status = status_;
   status["fault_frames"] =
-      fault_->by_extension.contains(kFrames) && !fault_->by_extension.at(kFrames).empty();
+      fault_->by_extension.contains(kPcapng) && !fault_->by_extension.at(kPcapng).empty();
   add_cycle_times_and_devices(status);
   channels_.publish_status(feed_.now_ns(), status);
 }
