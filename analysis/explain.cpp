@@ -1,7 +1,5 @@
 #include "analysis/explain.h"
 
-#include <spdlog/spdlog.h>
-
 #include <cstdio>
 #include <iterator>
 #include <utility>
@@ -12,6 +10,7 @@
 #include "analysis/gap_report.h"
 #include "analysis/summary.h"
 #include "runtime/configuration/whole_file.h"
+#include "runtime/log.h"
 #include "runtime/program/progress_line.h"
 #include "runtime/recording/made_paths.h"
 #include "runtime/recording/output_directory.h"

@@ -1,7 +1,6 @@
 #include "runtime/robot_session.h"
 
 #include <fcntl.h>
-#include <spdlog/spdlog.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -17,6 +16,7 @@
 
 #include "drivers/uninterrupted.h"
 #include "hal/setup_error.h"
+#include "runtime/log.h"
 #include "runtime/recording/file_size_signal.h"
 
 namespace runtime {

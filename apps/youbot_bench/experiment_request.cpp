@@ -1,7 +1,6 @@
 #include "apps/youbot_bench/experiment_request.h"
 
 #include <spdlog/fmt/fmt.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <charconv>
@@ -31,6 +30,7 @@
 #include "runtime/configuration/plausibility_config.h"
 #include "runtime/configuration/shared_tables.h"
 #include "runtime/configuration/toml_reader.h"
+#include "runtime/log.h"
 #include "runtime/program/build_info.h"
 #include "runtime/program/exit_code.h"
 #include "runtime/program/stop_on_signals.h"

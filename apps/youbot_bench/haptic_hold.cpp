@@ -1,6 +1,5 @@
 #include "apps/youbot_bench/haptic_hold.h"
 
-#include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
@@ -23,6 +22,7 @@
 #include "runtime/configuration/finite_range.h"
 #include "runtime/configuration/shared_tables.h"
 #include "runtime/configuration/toml_reader.h"
+#include "runtime/log.h"
 #include "runtime/open_haptic.h"
 #include "runtime/program/build_info.h"
 #include "runtime/program/exit_code.h"

@@ -1,7 +1,6 @@
 #include "apps/youbot_bench/identify.h"
 
 #include <spdlog/fmt/fmt.h>
-#include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
@@ -25,6 +24,7 @@
 #include "runtime/configuration/drive_model_file.h"
 #include "runtime/configuration/finite_range.h"
 #include "runtime/configuration/whole_file.h"
+#include "runtime/log.h"
 #include "runtime/program/exit_code.h"
 #include "runtime/recording/output_directory.h"
 #include "runtime/recording/recording_reader.h"

@@ -1,6 +1,5 @@
 #include "apps/youbot_bench/improve.h"
 
-#include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
 
 #include <array>
@@ -31,6 +30,7 @@
 #include "runtime/configuration/regular_file.h"
 #include "runtime/configuration/toml_reader.h"
 #include "runtime/configuration/whole_file.h"
+#include "runtime/log.h"
 #include "runtime/open_robot.h"
 #include "runtime/program/exit_code.h"
 #include "runtime/program/progress_line.h"

@@ -1,6 +1,5 @@
 #include "apps/youbot_bench/transparency.h"
 
-#include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
@@ -18,6 +17,7 @@
 #include "operation/config.h"
 #include "operation/teleop_task.h"
 #include "runtime/configuration/finite_range.h"
+#include "runtime/log.h"
 #include "runtime/open_haptic.h"
 #include "runtime/program/exit_code.h"
 #include "runtime/program/progress_line.h"

@@ -1,5 +1,4 @@
 // youbot-sim: serves an emulated youBot to any EtherCAT master on the other end of a network cable.
-#include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <chrono>
@@ -18,6 +17,7 @@
 #include "runtime/configuration/finite_range.h"
 #include "runtime/configuration/hidden_effect.h"
 #include "runtime/configuration/scene_config.h"
+#include "runtime/log.h"
 #include "runtime/program/exit_code.h"
 #include "runtime/program/non_blocking_log.h"
 #include "runtime/program/run_app.h"

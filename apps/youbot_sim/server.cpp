@@ -1,13 +1,13 @@
 #include "apps/youbot_sim/server.h"
 
 #include <spdlog/fmt/fmt.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <array>
 
 #include "drivers/ethercat/frame.h"
 #include "drivers/ethercat/simulated_bus.h"
+#include "runtime/log.h"
 
 namespace youbot_sim {
 namespace {

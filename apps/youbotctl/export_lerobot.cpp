@@ -1,7 +1,6 @@
 #include "apps/youbotctl/export_lerobot.h"
 
 #include <spdlog/fmt/fmt.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -14,6 +13,7 @@
 
 #include "apps/youbotctl/export_statistics.h"
 #include "runtime/configuration/whole_file.h"
+#include "runtime/log.h"
 #include "runtime/mcap/new_file.h"
 #include "runtime/parquet/parquet_writer.h"
 #include "runtime/program/build_info.h"

@@ -1,11 +1,10 @@
 #include "apps/youbotctl/files.h"
 
-#include <spdlog/spdlog.h>
-
 #include <cstdio>
 #include <string>
 #include <system_error>
 
+#include "runtime/log.h"
 #include "runtime/mcap/convert.h"
 #include "runtime/mcap/recover.h"
 #include "runtime/program/exit_code.h"

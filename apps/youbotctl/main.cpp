@@ -1,6 +1,5 @@
 // youbotctl: commands a running youbotd, and converts its recordings.
 #include <poll.h>
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -22,6 +21,7 @@
 #include "apps/youbotctl/files.h"
 #include "drivers/uninterrupted.h"
 #include "hal/setup_error.h"
+#include "runtime/log.h"
 #include "runtime/program/control_socket.h"
 #include "runtime/program/exit_code.h"
 #include "runtime/program/run_app.h"

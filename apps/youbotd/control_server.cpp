@@ -1,7 +1,6 @@
 #include "apps/youbotd/control_server.h"
 
 #include <poll.h>
-#include <spdlog/spdlog.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -15,6 +14,7 @@
 
 #include "drivers/uninterrupted.h"
 #include "hal/setup_error.h"
+#include "runtime/log.h"
 #include "runtime/program/control_socket.h"
 
 namespace youbotd {

@@ -1,6 +1,5 @@
 // youbotd: drives the base at 1 kHz along the path in its configuration, or base and arm by a hand on a
 // haptic device.
-#include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -21,6 +20,7 @@
 #include "operation/teleop_demo.h"
 #include "operation/teleop_session.h"
 #include "runtime/configuration/finite_range.h"
+#include "runtime/log.h"
 #include "runtime/program/build_info.h"
 #include "runtime/program/exit_code.h"
 #include "runtime/program/json_output.h"

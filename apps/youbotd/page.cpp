@@ -1,6 +1,5 @@
 #include "apps/youbotd/page.h"
 
-#include <spdlog/spdlog.h>
 #include <sys/random.h>
 
 #include <algorithm>
@@ -19,6 +18,7 @@
 #include "control/robot_model.h"
 #include "hal/setup_error.h"
 #include "report/assets.h"
+#include "runtime/log.h"
 #include "runtime/program/build_info.h"
 #include "runtime/program/control_socket.h"
 

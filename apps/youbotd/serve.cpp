@@ -1,7 +1,5 @@
 #include "apps/youbotd/serve.h"
 
-#include <spdlog/spdlog.h>
-
 #include <future>
 #include <optional>
 #include <span>
@@ -12,6 +10,7 @@
 #include "apps/youbotd/page.h"
 #include "apps/youbotd/page_requests.h"
 #include "operation/teleop_run.h"
+#include "runtime/log.h"
 #include "runtime/loop.h"
 #include "runtime/real_time.h"
 #include "runtime/recording/output_directory.h"

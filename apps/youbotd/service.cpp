@@ -1,7 +1,6 @@
 #include "apps/youbotd/service.h"
 
 #include <spdlog/fmt/fmt.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <array>
@@ -15,6 +14,7 @@
 #include "operation/hold_source.h"
 #include "operation/teleop_run.h"
 #include "runtime/configuration/plausibility_config.h"
+#include "runtime/log.h"
 #include "runtime/program/control_socket.h"
 
 namespace youbotd {

@@ -1,7 +1,5 @@
 #include "runtime/configuration/hidden_effect.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -12,6 +10,7 @@
 #include "model/effects/dissipation.h"
 #include "runtime/configuration/drive_model_file.h"
 #include "runtime/configuration/quantity.h"
+#include "runtime/log.h"
 #include "runtime/program/wording.h"
 
 namespace runtime {

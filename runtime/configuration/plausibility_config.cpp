@@ -1,9 +1,9 @@
 #include "runtime/configuration/plausibility_config.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <cstddef>
+
+#include "runtime/log.h"
 
 namespace runtime {
 namespace {

@@ -4,7 +4,6 @@
 #include <poll.h>
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/sinks/base_sink.h>
-#include <spdlog/spdlog.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -18,6 +17,7 @@
 #include <thread>
 #include <utility>
 
+#include "runtime/log.h"
 #include "runtime/program/log_pattern.h"
 #include "runtime/program/wording.h"
 

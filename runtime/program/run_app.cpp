@@ -2,7 +2,6 @@
 
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/sinks/stdout_sinks.h>
-#include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -16,6 +15,7 @@
 
 #include "runtime/configuration/closest_name.h"
 #include "runtime/configuration/toml_reader.h"
+#include "runtime/log.h"
 #include "runtime/program/bash_completion.h"
 #include "runtime/program/build_info.h"
 #include "runtime/program/exit_code.h"

@@ -1,8 +1,8 @@
 // The campaign itself: it is repeatable, it shrinks scripts, and each of its rules can fail.
 #include "tests/faults/campaign.h"
+#include "runtime/log.h"
 
 #include <gtest/gtest.h>
-#include <spdlog/spdlog.h>
 
 #include "drivers/tmcl/process_data.h"
 

@@ -1,7 +1,6 @@
 // fault_campaign: the whole daemon under random faults in virtual time; `./dev faults` runs it.
 #include <malloc.h>
 #include <poll.h>
-#include <spdlog/spdlog.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -22,6 +21,7 @@
 #include <thread>
 #include <vector>
 
+#include "runtime/log.h"
 #include "runtime/program/build_info.h"
 #include "runtime/program/run_app.h"
 #include "tests/faults/campaign.h"

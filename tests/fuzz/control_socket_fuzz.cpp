@@ -16,8 +16,8 @@
 
 #include "apps/youbotd/serve.h"
 #include "runtime/configuration/toml_reader.h"
+#include "runtime/log.h"
 #include "runtime/program/control_socket.h"
-#include "spdlog/spdlog.h"
 #include "tests/fuzz/ceilings.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/memory_file.h"

@@ -1,9 +1,9 @@
 // The log of a service with a reader that hangs and recovers.
 #include "runtime/program/non_blocking_log.h"
+#include "runtime/log.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <algorithm>
