@@ -1,6 +1,5 @@
 #include "live/web_server.h"
 
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -21,6 +20,7 @@
 
 #include "hal/setup_error.h"
 #include "live/host_name.h"
+#include "runtime/log.h"
 #include "runtime/program/build_info.h"
 #include "runtime/start_thread.h"
 
@@ -32,6 +32,14 @@ namespace beast = boost::beast;
 namespace http = beast::http;
 using Tcp = asio::ip::tcp;
 using Error = beast::error_code;
+// Instead of any executor, and without compression of WebSockets: a quarter less code to compile.
+using Executor = asio::io_context::executor_type;
+using Acceptor = asio::basic_socket_acceptor<Tcp, Executor>;
+using Socket = asio::basic_stream_socket<Tcp, Executor>;
+using Stream = beast::basic_stream<Tcp, Executor>;
+using SocketStream = beast::websocket::stream<Stream, false>;
+using Timer = asio::basic_waitable_timer<std::chrono::steady_clock,
+                                         asio::wait_traits<std::chrono::steady_clock>, Executor>;
 
 constexpr std::chrono::seconds kHttpPatience{10};
 constexpr std::chrono::seconds kWebSocketPatience{30};
@@ -77,9 +85,9 @@ class WebServer::Listener {
   std::size_t web_sockets() const;
 
   asio::io_context context_{1};
-  Tcp::acceptor acceptor_;
-  asio::steady_timer timer_;
-  asio::steady_timer accept_again_;
+  Acceptor acceptor_;
+  Timer timer_;
+  Timer accept_again_;
   Site& site_;
   Connections connections_;  // the longest known first
   std::jthread thread_;      // last: uses all of the above
@@ -104,7 +112,7 @@ class WebServer::Listener::SocketConnection final : public Connection,
                                                     public WebSocket,
                                                     public std::enable_shared_from_this<SocketConnection> {
  public:
-  SocketConnection(Listener& listener, beast::tcp_stream&& stream, std::string client)
+  SocketConnection(Listener& listener, Stream&& stream, std::string client)
       : Connection(listener), stream_(std::move(stream)), client_(std::move(client)) {}
 
   void accept(const http::request<http::string_body>& request, Site::Opening opening) {
@@ -181,7 +189,7 @@ class WebServer::Listener::SocketConnection final : public Connection,
     listener_.remove(*this);
   }
 
-  beast::websocket::stream<beast::tcp_stream> stream_;
+  SocketStream stream_;
   std::string client_;
   std::unique_ptr<Conversation> conversation_;
   beast::flat_buffer buffer_;
@@ -193,7 +201,7 @@ class WebServer::Listener::SocketConnection final : public Connection,
 class WebServer::Listener::HttpConnection final : public Connection,
                                                   public std::enable_shared_from_this<HttpConnection> {
  public:
-  HttpConnection(Listener& listener, Tcp::socket&& socket, std::string client)
+  HttpConnection(Listener& listener, Socket&& socket, std::string client)
       : Connection(listener), stream_(std::move(socket)), client_(std::move(client)) {}
 
   bool is_web_socket() const override { return false; }
@@ -265,17 +273,13 @@ class WebServer::Listener::HttpConnection final : public Connection,
     message.keep_alive(request.keep_alive());
     message.body() = std::move(response.body);
     message.prepare_payload();
-    const bool only_head = request.method() == http::verb::head;
+    if (request.method() == http::verb::head) message.body().clear();  // Content-Length remains
     reply_ = std::move(message);
     stream_.expires_after(kHttpPatience);
-    const auto written = [self = shared_from_this()](Error error, std::size_t) {
+    http::async_write(stream_, reply_, [self = shared_from_this()](Error error, std::size_t) {
       if (error || !self->reply_.keep_alive()) return self->end();
       self->read();
-    };
-    if (!only_head) return http::async_write(stream_, reply_, written), void();
-    head_.emplace(reply_);
-    head_->split(true);
-    http::async_write_header(stream_, *head_, written);
+    });
   }
 
   void end() {
@@ -284,12 +288,11 @@ class WebServer::Listener::HttpConnection final : public Connection,
     listener_.remove(*this);
   }
 
-  beast::tcp_stream stream_;
+  Stream stream_;
   std::string client_;
   beast::flat_buffer buffer_{kMaxRequest_bytes};
   std::optional<http::request_parser<http::string_body>> parser_;
   http::response<http::string_body> reply_;
-  std::optional<http::response_serializer<http::string_body>> head_;
 };
 
 WebServer::Listener::Listener(const Tcp::endpoint& endpoint, Site& site)
@@ -319,7 +322,7 @@ void WebServer::Listener::run() {
 }
 
 void WebServer::Listener::accept() {
-  acceptor_.async_accept([this](Error error, Tcp::socket socket) {
+  acceptor_.async_accept([this](Error error, Socket socket) {
     if (error) {  // out of file descriptors, for one
       accept_again_.expires_after(kAcceptRetry);
       accept_again_.async_wait([this](Error) { accept(); });
