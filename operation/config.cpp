@@ -86,9 +86,10 @@ void read_limits(TomlTable table, Cycle::Config& cycle) {
   table.number("setpoint_rad_per_s", turning.speed, {.min = 0.01, .max = 10});
   table.number("setpoint_rad_per_s2", turning.acceleration, {.min = 0.01, .max = 100});
   table.number("setpoint_rad_per_s3", turning.jerk, {.min = 1, .max = 100'000});
-  table.number("force_N", cycle.controller.wrench_limits.force_N, {.min = 0, .max = 200});
-  table.number("moment_Nm", cycle.controller.wrench_limits.moment_Nm, {.min = 0, .max = 50});
-  table.number("wheel_torque_Nm", cycle.controller.torque_limit_Nm, {.min = 0, .max = 2.5});
+  // Above zero: otherwise the base obeys and never moves, without a fault.
+  table.number("force_N", cycle.controller.wrench_limits.force_N, {.min = 0.1, .max = 200});
+  table.number("moment_Nm", cycle.controller.wrench_limits.moment_Nm, {.min = 0.01, .max = 50});
+  table.number("wheel_torque_Nm", cycle.controller.torque_limit_Nm, {.min = 0.01, .max = 2.5});
   table.number("wheel_speed_rad_per_s", cycle.wheel_speed_limit_rad_per_s, {.min = 0.1, .max = 30});
   table.number("torque_rate_per_s", cycle.torque_rate_per_s, {.min = 1, .max = 1000});
   table.number("following_error_m", cycle.following_error_m, {.min = 0.005, .max = 5});

@@ -548,5 +548,23 @@ TEST_F(Session, ConfigurationMistakesAreAllListedWithTheirLines) {
   }
 }
 
+/// Such a base would be enabled and never move.
+TEST_F(Session, ACeilingOfZeroOrLessIsRefusedWithItsLine) {
+  const std::vector<const char*> keys{"setpoint_m_per_s",  "setpoint_rad_per_s", "force_N",
+                                      "moment_Nm",         "wheel_torque_Nm",    "wheel_speed_rad_per_s",
+                                      "torque_rate_per_s", "following_error_m",  "following_error_rad"};
+  for (const std::string key : keys)
+    for (const std::string value : {"0", "-0.0", "-1", "nan", "1e-300", "-inf"}) {
+      const std::string refused = "bad.toml:3: 'limits." + key + "'";
+      try {
+        (void)load_config(directory.write("bad.toml", "# nothing\n[limits]\n" + key + " = " + value + "\n"));
+        ADD_FAILURE() << key << " = " << value << " is taken";
+      } catch (const runtime::ConfigError& error) {
+        ASSERT_EQ(error.problems().size(), 1U) << error.what();
+        EXPECT_NE(error.problems()[0].find(refused), std::string::npos) << error.what();
+      }
+    }
+}
+
 }  // namespace session_test
 }  // namespace operation
