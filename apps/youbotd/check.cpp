@@ -57,11 +57,13 @@ void check_real_time(const operation::Config& config, const CheckOptions& option
     findings.push_back(check_priority("the haptic device", config.haptic.thread.fifo_priority, refused));
 }
 
-void check_bus(const std::string& interface, const CheckOptions& options, Findings& findings) {
+void check_bus(const runtime::RobotOptions& robot, const CheckOptions& options, Findings& findings) {
+  const std::string interface = robot.name.substr(runtime::kEthercatPrefix.size());
   findings.push_back(check_interface(interface, options.paths));
   if (findings.back().mark != Mark::kOk) return;  // otherwise it would not open either
   findings.push_back(check_addresses(interface));
-  findings.push_back(check_raw_socket(interface));
+  for (Finding& finding : check_raw_socket(interface, robot.ethercat.kind))
+    findings.push_back(std::move(finding));
 }
 
 const char* mark_text(Mark mark) {
@@ -78,8 +80,7 @@ const char* mark_text(Mark mark) {
 Findings check(const operation::Config& config, const CheckOptions& options) {
   Findings findings{check_configuration(config, options.virtual_time)};
   if (!options.virtual_time) check_real_time(config, options, findings);
-  if (config.robot.name.starts_with(runtime::kEthercatPrefix))
-    check_bus(config.robot.name.substr(runtime::kEthercatPrefix.size()), options, findings);
+  if (config.robot.name.starts_with(runtime::kEthercatPrefix)) check_bus(config.robot, options, findings);
   if (config.teleoperated)
     for (Finding& finding : check_master(config.haptic, options.paths))
       findings.push_back(std::move(finding));

@@ -1,6 +1,7 @@
 /// @file
 /// `youbotd --check`: checks whether this machine can run the configured robot and haptic device, with
-/// advice. Nothing moves and nothing is sent. Skips checks that the configuration does not need.
+/// advice. Nothing moves: of a robot on EtherCAT, it reads the names of the devices before any of them
+/// changes its state. Skips checks that the configuration does not need.
 #pragma once
 #include <filesystem>
 #include <nlohmann/json.hpp>

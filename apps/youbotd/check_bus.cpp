@@ -12,17 +12,26 @@
 #include <memory>
 #include <stdexcept>
 #include <system_error>
+#include <vector>
 
+#include "drivers/ethercat/bus_error.h"
+#include "drivers/ethercat/pre_op_bus.h"
 #include "drivers/ethercat/raw_socket_link.h"
 #include "drivers/interface_lock.h"
+#include "drivers/tmcl/youbot_topology.h"
 #include "drivers/usb/usb_devices.h"
 
 namespace youbotd {
 namespace {
 
 namespace fs = std::filesystem;
+namespace ethercat = drivers::ethercat;
+namespace tmcl = drivers::tmcl;
 using drivers::usb::first_line;
 using Mark = Finding::Mark;
+
+constexpr const char* kEndOtherMaster =
+    "end the program that is the other master, or take its computer off the bus";
 
 struct FreeAddresses {
   void operator()(ifaddrs* first) const noexcept { freeifaddrs(first); }
@@ -97,17 +106,36 @@ Finding check_addresses(const std::string& interface) {
               ", and take it out of what gives it addresses; else name another interface"};
 }
 
-Finding check_raw_socket(const std::string& interface) {
-  using drivers::ethercat::RawSocketLink;
+Finding check_devices(ethercat::Link& link, tmcl::YoubotKind kind) {
+  const std::string what = "devices on " + link.name() + ": ";
   try {
-    const RawSocketLink link(interface, RawSocketLink::Wait::kBlock);
-  } catch (const drivers::InterfaceInUse& error) {
-    return {Mark::kFail, std::string("raw socket: ") + error.what(),
-            "end that program; a service: sudo systemctl stop youbotd"};
-  } catch (const std::runtime_error& error) {
-    return {Mark::kFail, std::string("raw socket: ") + error.what(), how_to_give_rights()};
+    const ethercat::PreOpBus bus(link, nullptr, {});
+    const std::vector<ethercat::Slave>& found = bus.slaves();
+    // First, because a foreign device also shifts the places of the others.
+    tmcl::require_youbot_boards(found);
+    check_topology(found, tmcl::youbot_topology(tmcl::youbot_around(kind, found.size())), link.name());
+    return {Mark::kOk, what + std::to_string(found.size()) + ", all of them a youBot's boards"};
+  } catch (const ethercat::AnotherMaster& error) {
+    return {Mark::kFail, what + error.what(), kEndOtherMaster};
+  } catch (const ethercat::BusError& error) {
+    return {Mark::kFail, what + error.what(),
+            "youbot-bench scan --robot ethercat:" + link.name() + " lists what is there"};
   }
-  return {Mark::kOk, "raw socket: opens on " + interface};
+}
+
+Findings check_raw_socket(const std::string& interface, tmcl::YoubotKind kind) {
+  using ethercat::RawSocketLink;
+  try {
+    RawSocketLink link(interface, RawSocketLink::Wait::kBlock);
+    return {{Mark::kOk, "raw socket: opens on " + interface}, check_devices(link, kind)};
+  } catch (const drivers::InterfaceInUse& error) {
+    return {{Mark::kFail, std::string("raw socket: ") + error.what(),
+             "end that program; a service: sudo systemctl stop youbotd"}};
+  } catch (const ethercat::AnotherMaster& error) {
+    return {{Mark::kFail, std::string("raw socket: ") + error.what(), kEndOtherMaster}};
+  } catch (const std::runtime_error& error) {
+    return {{Mark::kFail, std::string("raw socket: ") + error.what(), how_to_give_rights()}};
+  }
 }
 
 }  // namespace youbotd

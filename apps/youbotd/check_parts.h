@@ -1,5 +1,6 @@
 /// @file
-/// The parts of `youbotd --check`. Nothing moves, and nothing is sent to a robot or a haptic device.
+/// The parts of `youbotd --check`. Nothing moves, no device changes its state, and nothing is sent to a
+/// haptic device.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -8,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "drivers/ethercat/link.h"
+#include "drivers/tmcl/youbot_kind.h"
 #include "drivers/usb/system_paths.h"
 #include "runtime/open_haptic.h"
 #include "runtime/recording/recording_directory.h"
@@ -58,7 +61,7 @@ Finding check_priority(const std::string& who, int priority, Finding::Mark refus
 /// Pins its own thread to that core.
 Finding check_core(int cpu, Finding::Mark refused);
 
-// check_bus.cpp: whether a network interface can be the robot's EtherCAT bus. No frame is sent.
+// check_bus.cpp: whether a network interface is the robot's EtherCAT bus.
 
 /// From the kernel's files.
 Finding check_interface(const std::string& interface, const drivers::usb::SystemPaths& paths);
@@ -66,8 +69,12 @@ Finding check_interface(const std::string& interface, const drivers::usb::System
 /// Whether it carries other traffic: addresses of this machine on it.
 Finding check_addresses(const std::string& interface);
 
-/// Opens it like the EtherCAT master.
-Finding check_raw_socket(const std::string& interface);
+/// Opens it like the EtherCAT master, listens for another master, and then reads which devices are there.
+Findings check_raw_socket(const std::string& interface, drivers::tmcl::YoubotKind kind);
+
+/// Which devices are on the bus: names the first that is missing or foreign. They get a station address and
+/// their EEPROMs are read; their states and outputs stay the same.
+Finding check_devices(drivers::ethercat::Link& link, drivers::tmcl::YoubotKind kind);
 
 // check_master.cpp: whether the configured haptic device is present and usable.
 

@@ -18,4 +18,10 @@ class BusError : public std::runtime_error {
   std::string step_;
 };
 
+/// Another master is active on the bus.
+class AnotherMaster : public BusError {
+ public:
+  using BusError::BusError;
+};
+
 }  // namespace drivers::ethercat

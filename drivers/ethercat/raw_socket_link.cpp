@@ -96,7 +96,7 @@ void RawSocketLink::refuse_other_masters() {
     std::copy_n(buffer.begin() + kSourceMacOffset, source.size(), source.begin());
     other.note_frame(source, monotonic_now());
   }
-  if (other.present(monotonic_now())) throw BusError(interface_, "listen for 0.1 s", other.describe());
+  if (other.present(monotonic_now())) throw AnotherMaster(interface_, "listen for 0.1 s", other.describe());
 }
 
 bool RawSocketLink::send(std::span<const std::uint8_t> frame) noexcept {

@@ -27,7 +27,7 @@ void RegisterAccess::exchange_or_throw(const std::function<void(FrameWriter&, st
 void RegisterAccess::require_no_other_master() const {
   Link& link = transceiver_.link();
   if (transceiver_.other_master().present(link.now()))
-    throw BusError(link.name(), "exchange frames", transceiver_.other_master().describe());
+    throw AnotherMaster(link.name(), "exchange frames", transceiver_.other_master().describe());
 }
 
 std::uint16_t RegisterAccess::broadcast_read(std::uint16_t address, std::span<std::uint8_t> data) {

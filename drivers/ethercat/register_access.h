@@ -35,7 +35,7 @@ class RegisterAccess {
             const std::function<bool(FrameWriter&, std::uint8_t, std::size_t)>& add,
             const std::function<void(const Datagram&, std::size_t)>& take);
 
-  /// @throws BusError while another master is active.
+  /// @throws AnotherMaster while one is active.
   void require_no_other_master() const;
 
  private:

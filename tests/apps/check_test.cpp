@@ -6,9 +6,13 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "apps/youbotd/check_parts.h"
+#include "hal/ethercat_robot.h"
+#include "tests/drivers/ethercat_fakes.h"
 #include "tests/support/built_paths.h"
+#include "tests/support/other_master.h"
 #include "tests/support/run_command.h"
 #include "tests/support/skip.h"
 #include "tests/support/temporary_directory.h"
@@ -264,16 +268,62 @@ TEST(CheckCommand, ACoreThatIsNotThereIsNamed) {
   EXPECT_TRUE(says(finding.found, "core: 1023")) << finding.found;
 }
 
+TEST(CheckDevices, NamesAForeignOneBeforeAnythingChangesItsState) {
+  namespace ethercat = drivers::ethercat;
+  std::vector<sim::bus::SlaveDescription> slaves = ethercat::test::youbot();
+  const auto look = [](const std::vector<sim::bus::SlaveDescription>& bus, hal::YoubotKind kind) {
+    ethercat::test::EmulatedRobot robot(bus);
+    const Finding finding = check_devices(robot.connect({.timed = true}), kind);
+    for (std::size_t i = 0; i < bus.size(); ++i) EXPECT_EQ(robot.state(i), ethercat::AlState::kInit) << i;
+    return finding;
+  };
+  EXPECT_EQ(look(slaves, hal::YoubotKind::kBaseAndArm).mark, Mark::kOk);
+  EXPECT_EQ(look(slaves, hal::YoubotKind::kBase).mark, Mark::kOk) << "the arm's drives stay off";
+
+  const Finding two_arms = look(slaves, hal::YoubotKind::kBaseAndTwoArms);
+  EXPECT_EQ(two_arms.mark, Mark::kFail);
+  EXPECT_TRUE(says(two_arms.found, "power board of the second arm: check the bus: missing"))
+      << two_arms.found;
+
+  slaves.push_back(slaves.back());
+  slaves.back().name = "AX5203";
+  slaves.back().vendor = 2;
+  const Finding stranger = look(slaves, hal::YoubotKind::kBaseAndArm);
+  EXPECT_EQ(stranger.mark, Mark::kFail);
+  EXPECT_TRUE(says(stranger.found,
+                   "slave 12 (AX5203): check that it is a youBot's board: it is another "
+                   "device (vendor 0x00000002"))
+      << stranger.found;
+}
+
 TEST(CheckCommand, ABusIsOpenedAsTheMasterDoes) {
   const Namespaces namespaces;
   SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
   // It shows /sys as that namespace has it.
   const std::string there = "ip netns exec " + namespaces.control_namespace() + " ";
   const std::string bus = kCheck + "--allow-non-rt --robot ethercat:veth-c";
-  const support::CommandResult ready = support::run_command(there + bus);
-  EXPECT_EQ(ready.exit_code, 0) << ready.output;
-  EXPECT_TRUE(ready.said("ok    interface veth-c")) << ready.output;
-  EXPECT_TRUE(ready.said("ok    raw socket: opens on veth-c")) << ready.output;
+  const support::CommandResult nothing = support::run_command(there + bus);
+  EXPECT_EQ(nothing.exit_code, 3) << nothing.output;
+  EXPECT_TRUE(nothing.said("ok    raw socket: opens on veth-c")) << nothing.output;
+  EXPECT_TRUE(nothing.said("FAIL  devices on veth-c: veth-c: exchange frames: no frame comes back"))
+      << nothing.output;
+  {
+    const support::Simulator simulator(namespaces, "--robot base");
+    ASSERT_TRUE(simulator.ready());
+    const support::CommandResult ready = support::run_command(there + bus);
+    EXPECT_EQ(ready.exit_code, 0) << ready.output;
+    EXPECT_TRUE(ready.said("ok    interface veth-c")) << ready.output;
+    EXPECT_TRUE(ready.said("ok    devices on veth-c: 5, all of them a youBot's boards")) << ready.output;
+    const support::OtherMaster other("veth-c");
+    support::CommandResult shared;
+    // A busy machine may starve the other master for as long as is listened for.
+    for (int attempt = 0; attempt < 20 && !shared.said("another EtherCAT master"); ++attempt)
+      shared = support::run_command(there + bus);
+    EXPECT_EQ(shared.exit_code, 3) << shared.output;
+    EXPECT_TRUE(shared.said("another EtherCAT master is on this bus (")) << shared.output;
+    EXPECT_TRUE(shared.said("take its computer off the bus")) << shared.output;
+    EXPECT_FALSE(shared.said("setcap")) << shared.output;
+  }
 
   const support::CommandResult denied =
       support::run_command(there + "setpriv --bounding-set=-net_raw " + bus + " --quiet");
