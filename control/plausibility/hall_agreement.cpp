@@ -11,7 +11,9 @@ namespace {
 /// age of the encoder's count.
 constexpr double kHalfSector_turn = 1.0 / 12;
 constexpr double kTolerance_turn = 25.0 / 360;
-constexpr double kJudgedSpan_turn = 0.25;
+/// A reading is compared with all that the encoder showed meanwhile. Over this span, it still excludes a
+/// sixth of the constants.
+constexpr double kJudgedSpan_turn = 0.5;
 /// Number of contradictions that excludes a constant.
 constexpr double kEnough = 3;
 constexpr double kRemembered = 6;
@@ -61,6 +63,10 @@ int HallAgreement::sense() const noexcept {
   if (least_contradicted(0) < kHolds && least_contradicted(1) >= kEnough) return 1;
   if (least_contradicted(1) < kHolds && least_contradicted(0) >= kEnough) return -1;
   return 0;
+}
+
+bool HallAgreement::contradicted() const noexcept {
+  return places_ > 2 && std::min(least_contradicted(0), least_contradicted(1)) >= kHolds;
 }
 
 double HallAgreement::least_contradicted(std::size_t sense) const noexcept {

@@ -16,7 +16,7 @@ namespace control {
 /// constant has been excluded several times, one of the two sensors is wrong. A single contradiction, such as
 /// one wrong position, is forgotten as the motor turns on.
 ///
-/// A reading takes some milliseconds and is not judged if the motor turns by more than a quarter of a
+/// A reading takes some milliseconds and is not judged if the motor turns by more than half a
 /// revolution in that time; VelocityStep detects faults that begin at such a speed. If the Hall sensors never
 /// change, the drive is assumed not to report them. One thread. Cycle: update() and restart() neither
 /// allocate nor throw.
@@ -28,6 +28,9 @@ class HallAgreement {
   /// Relative sense of rotation of both sensors, 1 or -1. 0: they have not turned far enough, they disagree,
   /// or no reading has been judged for half a second.
   int sense() const noexcept;
+  /// Whether every constant has been contradicted at least once in either sense: suspicious, but not enough
+  /// for a finding.
+  bool contradicted() const noexcept;
   /// Time since the last reading. Zero before the first one: not every drive reports its Hall sensors.
   double without_reading_s() const noexcept { return number_ == 0 ? 0.0 : unread_s_; }
 

@@ -62,6 +62,8 @@ class PlausibilityMonitor {
   std::optional<Finding> check_arm(const hal::RobotCommand& command, const hal::RobotSample& sample,
                                    const SampleTime& time) noexcept;
 
+  int suspect_wheel() const noexcept;
+
   ChecksOff off_;
   std::vector<Joint> joints_;
   std::optional<WheelAgreement> wheels_;

@@ -88,8 +88,30 @@ bool VelocityStep::update(double position_rad, const SampleTime& time) noexcept 
   append(bounds_s_, time.bounds_s);
   position_rad_ = position_rad;
   count_ = std::min(count_ + 1, kMemory + 1);
-  if (!full()) return false;
+  return full() && (stepped() || jumped());
+}
 
+/// The rate of the interval between the sides is that of a jump if neither side shares it.
+bool VelocityStep::jumped() const noexcept {
+  const std::span<const double> rates(rates_rad_per_s_);
+  const auto before = rates.first(kSide);
+  const auto after = rates.last(kSide);
+  const double mean_before = mean_rate(before);
+  const double mean_after = mean_rate(after);
+  const double excess = std::abs(rates[kSide] - std::midpoint(mean_before, mean_after));
+  const double bounds_s = std::max(*std::max_element(bounds_s_.begin(), bounds_s_.end()), kAllowed_s);
+  const double speed = std::max(std::abs(mean_before), std::abs(mean_after));
+  const double least_rad = jump_rad_ + speed * bounds_s + kBlow_rad_per_s2 * missing_s() * elapsed_s_[kSide];
+  if (!(excess * elapsed_s_[kSide] > least_rad)) return false;
+  const auto steady_beside = [&](std::span<const double> side) {
+    const auto [low, high] = std::minmax_element(side.begin(), side.end());
+    return *high - *low <= kNeighbourShare * excess;
+  };
+  return steady_beside(before) && steady_beside(after) &&
+         std::abs(mean_after - mean_before) <= kNeighbourShare * excess;
+}
+
+bool VelocityStep::stepped() const noexcept {
   const std::span<const double> rates(rates_rad_per_s_);
   const auto before = rates.first(kSide);
   const auto after = rates.last(kSide);

@@ -39,8 +39,10 @@ constexpr Proof kReversed{0.1, 0.02, 2.5};
 /// and rollers, and a share of both motions for rollers that are not round.
 constexpr double kGive_rad = 0.001;
 constexpr double kRoundness = 0.004;
-/// Minimum lead in the cosine between torques and motion.
+/// Minimum lead in the cosine between torques and motion: over an explanation that holds, and over one that
+/// does not, such as a wheel that would have to stand still while it shows a motion.
 constexpr double kClearlyBetter = 0.3;
+constexpr double kBetter = 0.05;
 
 bool miscounted(double factor) noexcept {
   const double multiple = factor > 1 ? factor : 1 / factor;
@@ -111,7 +113,7 @@ std::optional<int> WheelAgreement::judge() const noexcept {
       std::max_element(explanations.begin(), explanations.end(),
                        [](const Explanation& a, const Explanation& b) { return a.cosine < b.cosine; });
   const bool clear = std::all_of(explanations.begin(), explanations.end(), [&best](const Explanation& other) {
-    return &other == &*best || other.cosine < best->cosine - kClearlyBetter;
+    return &other == &*best || other.cosine < best->cosine - (other.holds ? kClearlyBetter : kBetter);
   });
   return best->holds && clear ? static_cast<int>(best - explanations.begin()) : -1;
 }

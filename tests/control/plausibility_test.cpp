@@ -240,7 +240,7 @@ TEST(TorqueAgreement, ABlowHidesNoWrongReadingForLong) {
 
 TEST(VelocityStep, NoConstantAccelerationIsOne) {
   for (double a = 0.1; a < 20'000; a *= 1.3) {
-    control::VelocityStep check(0.35);
+    control::VelocityStep check(0.35, 0.004);
     EXPECT_EQ(kNever, detected_s(0.2, [&](double t) { return check.update(a * t * t / 2, {kPeriod_s}); }))
         << a;
   }
@@ -255,7 +255,7 @@ TEST(VelocityStep, NorAWheelThatRocks) {
            {-8, -7, -7, -5, -3, -3, 0, 2, 3, 4, 5, 6, 7},
        })
     for (double tick_rad = 6.0e-5; tick_rad < 6.3e-5; tick_rad += 1e-7) {
-      control::VelocityStep check(0.5);
+      control::VelocityStep check(0.5, 0.004);
       double position_rad = 0;
       EXPECT_FALSE(check.update(position_rad, {kPeriod_s}));
       for (const int count : counts)
@@ -265,7 +265,7 @@ TEST(VelocityStep, NorAWheelThatRocks) {
 
 TEST(VelocityStep, NorABreakawayNorABlowOfTwentyMilliseconds) {
   for (const double a : {10.0, 50.0, 200.0, 1000.0}) {
-    control::VelocityStep breakaway(0.35);
+    control::VelocityStep breakaway(0.35, 0.004);
     EXPECT_EQ(kNever, detected_s(0.3,
                                  [&](double t) {
                                    const double since = std::max(0.0, t - 0.1);
@@ -273,7 +273,7 @@ TEST(VelocityStep, NorABreakawayNorABlowOfTwentyMilliseconds) {
                                  }))
         << a;
   }
-  control::VelocityStep blow(0.35);
+  control::VelocityStep blow(0.35, 0.004);
   EXPECT_EQ(kNever, detected_s(0.3, [&](double t) {  // from 6 rad/s to rest as half a wave
               const double phase = std::clamp((t - 0.1) / 0.02, 0.0, 1.0) * std::numbers::pi;
               const double way =
@@ -285,7 +285,7 @@ TEST(VelocityStep, NorABreakawayNorABlowOfTwentyMilliseconds) {
 TEST(VelocityStep, NorALightWheelThatSpeedsUpInFourMilliseconds) {
   for (const double end_s : {0.003, 0.004, 0.005, 0.006})
     for (const double a : {140.0, 180.0, 225.0}) {
-      control::VelocityStep check(0.5);
+      control::VelocityStep check(0.5, 0.004);
       EXPECT_EQ(kNever, detected_s(0.3,
                                    [&](double t) {
                                      const double since = std::max(0.0, t - 0.1);
@@ -300,7 +300,7 @@ TEST(VelocityStep, NorALightWheelThatSpeedsUpInFourMilliseconds) {
 
 TEST(VelocityStep, AScaleThatChangesOrACountThatStopsIsSeenAtOnce) {
   for (const double factor : {0.0, 0.5, 2.0, -1.0}) {
-    control::VelocityStep check(0.35);
+    control::VelocityStep check(0.35, 0.004);
     const double at_s = detected_s(0.3, [&](double t) {
       return check.update(counted(t < 0.1 ? 6 * t : 0.6 + factor * 6 * (t - 0.1)), {kPeriod_s});
     });
@@ -312,12 +312,58 @@ TEST(VelocityStep, AScaleThatChangesOrACountThatStopsIsSeenAtOnce) {
 /// When a position that is counted shows a step, with the sample of one millisecond missing.
 double step_with_missing_s(double step_rad_per_s, double missing_s,
                            const std::function<double(double)>& position_rad) {
-  control::VelocityStep check(step_rad_per_s);
+  control::VelocityStep check(step_rad_per_s, 0.004);
   double last_s = -kPeriod_s;
   return detected_s(0.3, [&](double t) {
     if (std::abs(t - missing_s) < kPeriod_s / 2) return false;
     return check.update(counted(position_rad(t)), {t - std::exchange(last_s, t)});
   });
+}
+
+/// Hall sensors do not see a count that is off by an electrical revolution of the motor: 30 mrad of a wheel.
+TEST(VelocityStep, AnElectricalRevolutionThatIsLostAtOnceIsSeenWhateverTheMotion) {
+  for (const double velocity_rad_per_s : {0.0, 0.3, -3.0, 12.0})
+    for (const double acceleration_rad_per_s2 : {0.0, 20.0, -100.0})
+      for (const double lost_rad : {0.0302, -0.0302}) {
+        SCOPED_TRACE(testing::Message() << velocity_rad_per_s << " rad/s, " << acceleration_rad_per_s2
+                                        << " rad/s2, " << lost_rad);
+        control::VelocityStep check(0.5, 0.004);
+        constexpr double kLost_s = 0.0505;
+        const double at_s = detected_s(0.1, [&](double t) {
+          const double way_rad = velocity_rad_per_s * t + acceleration_rad_per_s2 * t * t / 2;
+          return check.update(counted(way_rad) - (t > kLost_s ? lost_rad : 0.0), {kPeriod_s});
+        });
+        EXPECT_GT(at_s, kLost_s);
+        EXPECT_LT(at_s, kLost_s + 0.008);
+      }
+}
+
+TEST(VelocityStep, AWrongPositionThatReturnsIsNone) {
+  for (int samples = 1; samples <= 6; ++samples)
+    for (const double wrong_rad : {0.005, 0.5, 1e5}) {
+      control::VelocityStep check(0.5, 0.004);
+      EXPECT_EQ(kNever, detected_s(0.2,
+                                   [&](double t) {
+                                     const auto k = static_cast<int>(std::lround(t / kPeriod_s));
+                                     const bool wrong = k >= 50 && k < 50 + samples;
+                                     return check.update(counted(3 * t) + (wrong ? wrong_rad : 0.0),
+                                                         {kPeriod_s});
+                                   }))
+          << samples << " samples by " << wrong_rad << " rad";
+    }
+}
+
+/// A board measures in its own time: of a joint that turns, its samples may become a period older at once.
+TEST(VelocityStep, ASampleThatIsAPeriodOlderMakesNone) {
+  for (const double velocity_rad_per_s : {1.0, 6.0, 16.0}) {
+    control::VelocityStep check(0.5, 0.004);
+    EXPECT_EQ(kNever, detected_s(0.2,
+                                 [&](double t) {
+                                   const double taken_s = t - (t < 0.1 ? 0.0 : kPeriod_s);
+                                   return check.update(counted(velocity_rad_per_s * taken_s), {kPeriod_s});
+                                 }))
+        << velocity_rad_per_s << " rad/s";
+  }
 }
 
 TEST(VelocityStep, AMissingSampleMakesNone) {
@@ -348,7 +394,7 @@ TEST(VelocityStep, NorDoesEachThirdSampleThatIsMissing) {
   for (int phase = 0; phase < 3; ++phase)
     for (const double end_s : {0.003, 0.004, 0.005, 0.006})
       for (const double a : {140.0, 180.0}) {
-        control::VelocityStep check(0.5);
+        control::VelocityStep check(0.5, 0.004);
         double last_s = -kPeriod_s;
         int k = phase;
         EXPECT_EQ(kNever, detected_s(0.3,
@@ -541,7 +587,7 @@ TEST(SlowBus, ARateThatLateAnswersExplainIsNoStepOfTheVelocity) {
                                {9.110, 0.110, 895},   {10.082, 0.082, 1225}, {11.134, 0.134, 1602},
                                {12.082, 0.082, 2042}, {13.082, 0.082, 2513}, {14.099, 0.099, 3047}};
   const auto found = [&](bool known) {
-    control::VelocityStep check(0.25);
+    control::VelocityStep check(0.25, 0.004);
     double before_s = 0;
     bool seen = false;
     for (const auto& [stamp_ms, bounds_ms, position_urad] : answers) {
@@ -557,7 +603,7 @@ TEST(SlowBus, ARateThatLateAnswersExplainIsNoStepOfTheVelocity) {
 }
 
 TEST(SlowBus, ACountThatStopsIsAStepAlsoWhereAnswersTakeTheirTime) {
-  control::VelocityStep check(0.25);
+  control::VelocityStep check(0.25, 0.004);
   std::mt19937 random(1);
   std::uniform_real_distribution<> late_s(0, 0.0001);
   const double found_s = detected_on_a_slow_bus_s(
