@@ -26,6 +26,7 @@ using sensor_rigs::BaseRig;
 
 constexpr double kBound_m = 0.1;
 constexpr double kBound_rad = 0.2;
+constexpr double kBound_s = 0.060;
 /// How long a fault may take to show.
 constexpr auto kBaseWindow = 1500ms;
 constexpr auto kArmWindow = 3000ms;
@@ -95,7 +96,7 @@ class BaseRun {
   }
   void step(int /*k*/) { rig_.step(); }
   std::chrono::nanoseconds now() const { return rig_.clock.now(); }
-  void lie(const support::SensorLie& lie) { rig_.liar.lie(lie); }
+  support::LyingRobot& liar() { return rig_.liar; }
   Truth truth() const { return {rig_.base.pose(), control::ArmVector::Zero()}; }
   Ending ending() const {
     const runtime::StopReason& reason = rig_.cycle.stop_reason();
@@ -142,7 +143,7 @@ class ArmRun {
     rig_.step();
   }
   std::chrono::nanoseconds now() const { return rig_.clock.now(); }
-  void lie(const support::SensorLie& lie) { rig_.liar.lie(lie); }
+  support::LyingRobot& liar() { return rig_.liar; }
   Truth truth() const { return {rig_.plant.pose(), rig_.plant.arm_rad()}; }
   Ending ending() const {
     const runtime::StopReason& reason = rig_.cycle.stop_reason();
@@ -181,22 +182,32 @@ Detection detect_once(const DetectionCase& row, const Start& start, const std::v
   Run run(start, conditions);
   const Truth begin = run.truth();
   const std::chrono::nanoseconds lied_from = run.now();
-  run.lie(row.fault.on(row.joint));
+  const std::vector<support::SensorLie> lies = row.fault.on(row.joint);
+  for (const support::SensorLie& lie : lies) run.liar().lie(lie);
+  std::chrono::nanoseconds apparent_from = lied_from;
   Way travel;
   Detection result;
   result.runs = 1;
   int k = 0;
   for (; k < Run::kWindow / 1ms && !run.ending().over; ++k) {
     run.step(k);
+    if (!run.liar().apparent()) apparent_from = run.now();
     const Truth truth = run.truth();
     travel.extend(between(truth, begin, row.joint));
     result.astray.extend(between(truth, course[static_cast<std::size_t>(k)], row.joint));
   }
   result.beyond = result.astray.share() > 1 ? 1 : 0;
+  const double apparent_s = hal::seconds(run.now() - apparent_from);
+  result.late = apparent_s > kBound_s ? 1 : 0;
   const Ending end = run.ending();
   if (end.over && end.by_monitor) {
     result.seen = 1;
-    result.named = end.joint == static_cast<int>(row.joint) ? 1 : 0;
+    result.named =
+        std::ranges::any_of(lies, [&](const auto& lie) { return end.joint == static_cast<int>(lie.joint); })
+            ? 1
+            : 0;
+    result.misnamed = result.named == 0 && end.joint >= 0 ? 1 : 0;
+    result.longest_apparent_s = apparent_s;
     result.longest_s = hal::seconds(run.now() - lied_from);
     result.travel = travel;
   } else if (end.over) {
@@ -236,9 +247,12 @@ void Detection::add(const Detection& other) {
   runs += other.runs;
   seen += other.seen;
   named += other.named;
+  misnamed += other.misnamed;
   ended += other.ended;
   beyond += other.beyond;
+  late += other.late;
   longest_s = std::max(longest_s, other.longest_s);
+  longest_apparent_s = std::max(longest_apparent_s, other.longest_apparent_s);
   travel.extend(other.travel);
   astray.extend(other.astray);
 }

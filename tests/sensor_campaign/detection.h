@@ -39,11 +39,14 @@ struct Detection {
   int runs = 0;
   int seen = 0;            ///< the monitor ended the run
   int named = 0;           ///< and named the joint that lies
+  int misnamed = 0;        ///< and named another one
   int ended = 0;           ///< something else ended it
   int beyond = 0;          ///< it deviated more than the issue allows
+  int late = 0;            ///< a reading was wrong for more than 60 ms by more than a working sensor may be
   double longest_s = 0.0;  ///< of the detected ones: time from the onset
-  Way travel;              ///< of the detected ones: motion of the robot from the onset on
-  Way astray;              ///< of all: deviation from the position without the fault at that time
+  double longest_apparent_s = 0.0;  ///< the same from when a reading was wrong by that much
+  Way travel;                       ///< of the detected ones: motion of the robot from the onset on
+  Way astray;                       ///< of all: deviation from the position without the fault at that time
   void add(const Detection& other);
 };
 

@@ -24,9 +24,10 @@ namespace sensor_campaign {
 namespace {
 
 void print(const std::string& fault, const std::string& place, Motion motion, const Detection& d) {
-  std::printf("%-19s %-8s %-10s %3d %4d %5d %5d %6d %6.0f %7.3f %6.3f %7.3f %6.3f\n", fault.c_str(),
-              place.c_str(), name_of(motion).c_str(), d.runs, d.seen, d.named, d.ended, d.beyond,
-              1000 * d.longest_s, d.travel.m, d.travel.rad, d.astray.m, d.astray.rad);
+  std::printf("%-21s %-8s %-10s %3d %4d %5d %5d %5d %6d %4d %6.0f %6.0f %7.3f %6.3f %7.3f %6.3f\n",
+              fault.c_str(), place.c_str(), name_of(motion).c_str(), d.runs, d.seen, d.named, d.misnamed,
+              d.ended, d.beyond, d.late, 1000 * d.longest_s, 1000 * d.longest_apparent_s, d.travel.m,
+              d.travel.rad, d.astray.m, d.astray.rad);
 }
 
 void run_detection(const Conditions& conditions, const std::string& only) {
@@ -37,13 +38,16 @@ void run_detection(const Conditions& conditions, const std::string& only) {
   const std::vector<DetectionCase> cases = detection_cases(faults);
   const std::vector<Detection> results = detect(cases, conditions);
   std::printf(
-      "Detection, seed %u. ended: by something else than the sensor checks. Time and travel: of those seen,\n"
+      "Detection, seed %u. other: another joint is named; ended: by something else than the sensor checks. "
+      "Time and travel: of those seen,\n"
       "from the first lie on. Astray: of all, from where the robot is then when no sensor lies; beyond: "
       "runs\n"
-      "that came further astray than 0.1 m or 0.2 rad.\n\n"
-      "%-19s %-8s %-10s %3s %4s %5s %5s %6s %6s %7s %6s %7s %6s\n",
-      conditions.seed, "fault", "place", "motion", "n", "seen", "named", "ended", "beyond", "ms", "m", "rad",
-      "astr.m", "rad");
+      "that came further astray than 0.1 m or 0.2 rad. From wrong: from when a reading was wrong by more "
+      "than\n"
+      "a working sensor may be; late: runs in which that lasted for more than 60 ms, seen or not.\n\n"
+      "%-21s %-8s %-10s %3s %4s %5s %5s %5s %6s %4s %6s %6s %7s %6s %7s %6s\n",
+      conditions.seed, "fault", "place", "motion", "n", "seen", "named", "other", "ended", "beyond", "late",
+      "ms", "wrong", "m", "rad", "astr.m", "rad");
   for (std::size_t i = 0; i < cases.size(); ++i)
     print(cases[i].fault.name, joint_name(cases[i].joint), cases[i].motion, results[i]);
   std::printf("\nIn all places\n");

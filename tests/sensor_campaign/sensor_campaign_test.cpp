@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,32 @@ TEST(SensorCampaign, EveryFrozenSensorInMotionIsSeenIn60MillisecondsAnd10Centime
     EXPECT_LE(results[i].longest_s, kLongest_s);
     EXPECT_LT(results[i].travel.share(), 1.0)
         << results[i].travel.m << " m, " << results[i].travel.rad << " rad";
+  }
+}
+
+/// Faults that no factor describes: whether they are detected or not, the robot stays near its way.
+TEST(SensorCampaign, NoSensorThatLiesLetsTheRobotGoAstray) {
+  const std::set<std::string> kFaults{"encoder drifts slowly", "encoder pauses",      "encoder fades to 0.7",
+                                      "encoder slips often",   "bit 13 flips once",   "bit 31 flips once",
+                                      "position INT_MIN",      "velocity INT_MIN",    "torque INT_MIN",
+                                      "velocity 50 ms late",   "encoder slips slowly"};
+  constexpr std::size_t kWheel = 2;
+  constexpr std::size_t kArmJoint = sensor_campaign::kWheels + 2;
+  std::vector<DetectionCase> cases = detection_cases(sensor_campaign::other_faults());
+  std::erase_if(cases, [&](const DetectionCase& row) {
+    const bool wheel = row.joint == kWheel && row.motion == Motion::kDriving;
+    const bool arm = row.joint == kArmJoint && row.motion == Motion::kLed;
+    return !(wheel || arm) || !kFaults.contains(row.fault.name);
+  });
+  ASSERT_EQ(cases.size(), 2 * kFaults.size());
+  const std::vector<Detection> results = sensor_campaign::detect(cases, {.seed = 1});
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    SCOPED_TRACE(cases[i].fault.name + ", " + sensor_campaign::joint_name(cases[i].joint));
+    EXPECT_EQ(results[i].beyond, 0) << results[i].astray.m << " m, " << results[i].astray.rad << " rad";
+    EXPECT_EQ(results[i].misnamed, 0);
+    if (cases[i].fault.name.starts_with("encoder slips") || cases[i].fault.name == "position INT_MIN") {
+      EXPECT_EQ(results[i].seen + results[i].ended, results[i].runs);
+    }
   }
 }
 

@@ -5,15 +5,29 @@ namespace sensor_campaign {
 using support::Channel;
 using support::LieKind;
 
-support::SensorLie SensorFault::on(std::size_t joint) const {
-  const bool wheel = joint < kWheels;
-  double value = wheel ? wheel_value : arm_value;
-  if (kind == LieKind::kSwapped) {  // the cables of neighbours
-    const std::size_t first = wheel ? 0 : kWheels;
-    const std::size_t count = wheel ? kWheels : kJoints - kWheels;
-    value = static_cast<double>(first + (joint - first + 1) % count);
-  }
-  return {joint, channel, value, kind};
+namespace {
+
+/// The smallest reading of a board, in SI units of a wheel: of all joints one of the smallest scales.
+constexpr double kLeastPosition_rad = -1.3e5;
+constexpr double kLeastVelocity_rad_per_s = -8e6;
+constexpr double kLeastTorque_Nm = -1.8e6;
+
+/// The joint to which the cable of this joint's neighbour belongs.
+std::size_t next_to(std::size_t joint) {
+  const std::size_t first = joint < kWheels ? 0 : kWheels;
+  const std::size_t count = joint < kWheels ? kWheels : kJoints - kWheels;
+  return first + (joint - first + 1) % count;
+}
+
+}  // namespace
+
+std::vector<support::SensorLie> SensorFault::on(std::size_t joint) const {
+  double value = joint < kWheels ? wheel_value : arm_value;
+  if (kind == LieKind::kSwapped) value = static_cast<double>(next_to(joint));
+  std::vector<support::SensorLie> lies{{joint, channel, value, kind}};
+  if (also) lies.push_back({joint, *also, value, kind});
+  if (neighbour_too) lies.push_back({next_to(joint), channel, value, kind});
+  return lies;
 }
 
 std::vector<SensorFault> factors() {
@@ -48,9 +62,29 @@ std::vector<SensorFault> other_faults() {
       {"velocity saturated", Channel::kVelocity, LieKind::kSaturated, 1.0, 0.05},  // rad/s
       {"torque saturated", Channel::kTorque, LieKind::kSaturated, 0.2, 1.0},       // N·m
       {"encoders swapped", Channel::kEncoder, LieKind::kSwapped, 0, 0},
-      {"velocity offset", Channel::kVelocity, LieKind::kJump, 0.5, 0.1},  // rad/s
-      {"torque offset", Channel::kTorque, LieKind::kJump, 0.15, 1.5},     // N·m
-      {"torque drifts", Channel::kTorque, LieKind::kDrift, 0.1, 1.0},     // N·m/s
+      {"velocity offset", Channel::kVelocity, LieKind::kJump, 0.5, 0.1},          // rad/s
+      {"torque offset", Channel::kTorque, LieKind::kJump, 0.15, 1.5},             // N·m
+      {"torque drifts", Channel::kTorque, LieKind::kDrift, 0.1, 1.0},             // N·m/s
+      {"encoder drifts slowly", Channel::kEncoder, LieKind::kDrift, 0.02, 0.01},  // rad/s
+      {"encoder pauses", Channel::kEncoder, LieKind::kPauses, 0.02, 0.02},        // s
+      {"board pauses", Channel::kBoard, LieKind::kPauses, 0.02, 0.02},            // s
+      {"velocity 50 ms late", Channel::kVelocity, LieKind::kLate, 0.05, 0.05},    // s
+      {"bit 9 flips once", Channel::kPosition, LieKind::kGlitch, 0.031, 0.008},   // rad
+      {"bit 13 flips once", Channel::kPosition, LieKind::kGlitch, 0.5, 0.12},     // rad
+      {"bit 31 flips once", Channel::kPosition, LieKind::kGlitch, 1.3e5, 3e4},    // rad
+      {"encoder fades to 0.7", Channel::kEncoder, LieKind::kFades, 0.7, 0.7},
+      {"encoder slips once", Channel::kEncoder, LieKind::kSlips, 100, 100},    // s
+      {"encoder slips often", Channel::kEncoder, LieKind::kSlips, 0.1, 0.1},   // s
+      {"encoder slips slowly", Channel::kEncoder, LieKind::kSlips, 0.5, 0.5},  // s
+      {"position INT_MIN", Channel::kPosition, LieKind::kConstant, kLeastPosition_rad, kLeastPosition_rad},
+      {"velocity INT_MIN", Channel::kVelocity, LieKind::kConstant, kLeastVelocity_rad_per_s,
+       kLeastVelocity_rad_per_s},
+      {"torque INT_MIN", Channel::kTorque, LieKind::kConstant, kLeastTorque_Nm, kLeastTorque_Nm},
+      {"encoder + torque x-1", Channel::kEncoder, LieKind::kFactor, -1, -1, Channel::kTorque},
+      {"encoder + torque x0.5", Channel::kEncoder, LieKind::kFactor, 0.5, 0.5, Channel::kTorque},
+      {"two encoders frozen", Channel::kEncoder, LieKind::kFactor, 0, 0, {}, true},
+      {"two encoders x2", Channel::kEncoder, LieKind::kFactor, 2, 2, {}, true},
+      {"two encoders x-1", Channel::kEncoder, LieKind::kFactor, -1, -1, {}, true},
   };
 }
 

@@ -2,6 +2,7 @@
 /// Sensor faults that are tried on every joint.
 #pragma once
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,8 +20,11 @@ struct SensorFault {
   support::LieKind kind;
   double wheel_value;  ///< support::SensorLie::value of a wheel
   double arm_value;    ///< and of an arm joint
+  /// A second faulty sensor, in the same way: another one of the joint, or that of the next joint.
+  std::optional<support::Channel> also{};
+  bool neighbour_too = false;
 
-  support::SensorLie on(std::size_t joint) const;
+  std::vector<support::SensorLie> on(std::size_t joint) const;
 };
 
 /// A sensor that is constant, or shows half, double or the negative value.
