@@ -18,6 +18,7 @@
 #include "drivers/tmcl/drive_reset.h"
 #include "drivers/tmcl/polled_drive.h"
 #include "hal/drive_units.h"
+#include "hal/hall_reader.h"
 #include "hal/newest_value.h"
 #include "hal/setup_error.h"
 
@@ -71,6 +72,7 @@ class CanRobot final : public Robot {
         period_(period),
         setup_clock_(setup_clock != nullptr ? *setup_clock : machine_clock_),
         units_(options.axis, options.unsigned_current),
+        hall_(options.axis.constants, period, 0),
         joints_{joint_info(options.joint_name, options.axis)} {}
   ~CanRobot() override { deactivate(); }
 
@@ -100,6 +102,7 @@ class CanRobot final : public Robot {
   CycleStatus check_bus() const noexcept;
   CycleStatus check_drive() const noexcept;
   void take_in(bool answered) noexcept;
+  void read_hall() noexcept;
   void switch_off() noexcept;
   void prepare() noexcept;
   void commutate() noexcept;
@@ -113,6 +116,7 @@ class CanRobot final : public Robot {
   tmcl::SteadyClock machine_clock_;
   tmcl::Clock& setup_clock_;
   DriveUnits units_;
+  HallReader hall_;
   std::array<JointInfo, 1> joints_;
 
   std::optional<tmcl::CanTransport> transport_;
@@ -133,8 +137,12 @@ class CanRobot final : public Robot {
   std::int64_t position_ticks_ = 0;
   int silent_cycles_ = 0;
   CycleStatus latched_{};
-  mutable NewestValue<CycleStatus> statuses_;  // from the cycle to the reporting thread
-  mutable CycleStatus reported_{};
+  struct Reported {
+    CycleStatus status;
+    bool without_hall = false;
+  };
+  mutable NewestValue<Reported> states_;  // from the cycle to the reporting thread
+  mutable Reported reported_{};
   bool stop_unheard_ = false;   // of the last deactivate()
   bool range_is_lost_ = false;  // the module's count has changed since its range was stated
 };
@@ -178,7 +186,8 @@ void CanRobot::activate() {
   output_ = tmcl::kStopMotor;
   silent_cycles_ = 0;
   latched_ = {};
-  statuses_.publish(latched_);
+  hall_.forget();
+  states_.publish({});
 }
 
 void CanRobot::check_options() const {
@@ -316,7 +325,10 @@ CycleStatus CanRobot::exchange(const RobotCommand& command, RobotSample& sample)
     prepare();
     run_sequence();
     // While preparing, the sequence determines the command.
-    if (stage_ == Stage::kReady) output_ = units_.output(command.joints[0], drive_->input(), position_ticks_);
+    if (stage_ == Stage::kReady) {
+      output_ = units_.output(command.joints[0], drive_->input(), position_ticks_);
+      read_hall();
+    }
   } else {
     switch_off();
   }
@@ -327,9 +339,10 @@ CycleStatus CanRobot::exchange(const RobotCommand& command, RobotSample& sample)
     sample.latest = std::max(received - drive_->position_age(), sample.earliest);
     sample.joints[0] = units_.sample(drive_->input(), output_, position_ticks_);
     sample.joints[0].homed = options_.range_is_stated && !range_is_lost_;
+    sample.joints[0].rotor = hall_.reading();
   }
   sample.enabled = stage_ == Stage::kReady;
-  statuses_.publish(latched_);
+  states_.publish({latched_, hall_.refused()});
   return latched_;
 }
 
@@ -337,9 +350,26 @@ void CanRobot::take_in(bool answered) noexcept {
   silent_cycles_ = answered ? 0 : std::min(silent_cycles_ + 1, options_.tolerated_cycles + 1);
   if (drive_->has_restarted()) {
     position_.reset();
+    hall_.forget();
     range_is_lost_ = true;
   }
-  if (drive_->position_is_fresh()) position_ticks_ = position_.update(drive_->input().position_ticks);
+  if (!drive_->position_is_fresh()) return;
+  position_ticks_ = position_.update(drive_->input().position_ticks);
+  hall_.pass(position_ticks_);
+}
+
+/// In the ready drive, which has no sequence that asks. The position of the same answers was taken before the
+/// rotor's angle: the next one ends the reading.
+void CanRobot::read_hall() noexcept {
+  if (const std::optional<tmcl::Completion>& answer = drive_->answer()) hall_.answer(*answer);
+  // Repeated for ever, a request that is not answered would take the place of the readings.
+  if (hall_.unanswered_cycles() > 2 * options_.patience_cycles) {
+    drive_->forget_ask();
+    hall_.answer({.request = HallReader::request(), .outcome = tmcl::Outcome::kTimedOut});
+  }
+  if (!hall_.due()) return;
+  drive_->ask(HallReader::request());
+  hall_.ask();
 }
 
 CycleStatus CanRobot::check(const RobotCommand& command) const noexcept {
@@ -379,9 +409,9 @@ CycleStatus CanRobot::check_drive() const noexcept {
 
 std::vector<std::string> CanRobot::device_faults() const {
   if (!drive_) return {};
-  (void)statuses_.take(reported_);
-  if (reported_.ok()) return {};
-  return {options_.joint_name + ": " + describe_can(reported_)};
+  (void)states_.take(reported_);
+  if (reported_.status.ok()) return {};
+  return {options_.joint_name + ": " + describe_can(reported_.status)};
 }
 
 std::vector<std::string> CanRobot::report() const {
@@ -391,7 +421,12 @@ std::vector<std::string> CanRobot::report() const {
             ": the motor stop was not acknowledged, and a module on CAN has no watchdog: " +
             "the motor may still turn; press the emergency stop"};
   }
-  return device_faults();
+  std::vector<std::string> lines = device_faults();
+  if (reported_.without_hall)
+    lines.push_back(options_.joint_name +
+                    ": the module refuses to report its Hall sensors (parameter 210), which would check its "
+                    "encoder");
+  return lines;
 }
 
 /// Discards all preparation; sends the stop immediately if the motor may be moving. From then on the stop is
@@ -405,6 +440,7 @@ void CanRobot::switch_off() noexcept {
   failed_ = false;
   end_sequence();
   drive_->forget_ask();
+  hall_.cancel();
 }
 
 void CanRobot::end_sequence() noexcept {

@@ -64,6 +64,9 @@ std::chrono::nanoseconds shortest_can_period(std::uint32_t bit_per_s, int reques
 ///   module (known: TMCM-174, -1632, -KR-841, -1610 with firmware 1.48 and 2.0; TMCM-1630), an encoder that
 ///   differs from the axis data, and a module that cannot take a cycle's requests at once: the TMCL manual
 ///   allows one at a time, which is requests_per_cycle = 1.
+/// - Every 10 ms the angle of the motor's Hall sensors (210) takes the place of one other reading:
+///   control::HallAgreement compares it with the encoder. A module that refuses it is not asked
+///   again until the next activate().
 /// - `enable` clears the time-out flag, lets a winding cool whose I²t limit was exceeded and finds the
 ///   commutation where needed, as on EtherCAT: with firmware 2.0 the motor turns slightly. The TMCM-1630
 ///   finds it by itself.

@@ -125,19 +125,26 @@ void PolledDrive::send(const DriveOutput& output, std::chrono::nanoseconds now) 
   }
   command_turn_ = true;
   const int reads = std::max(options_.requests_per_cycle - 1, 1);
+  // With several reads per cycle, what takes the place of one also takes its turn: otherwise the next cycles
+  // would begin with another reading, and the position would lose its place.
+  turn_ -= turn_ % static_cast<std::size_t>(reads);
   for (int i = 0; i < reads; ++i) {
     const bool last = i == reads - 1;
+    const DriveReading reading = turns_[turn_];
+    const bool spare = reads == 1 || reads == kMaxRequests - 1 || reading == kCurrent || reading == kVelocity;
+    bool in_turn = false;
     Request request;
     if (last && check_mark_) {
       request = request_for(kMark, options_);
     } else if (last && !marked_) {
       request = set_user_variable(options_.mark_variable, kMemoryMark);
-    } else if (last && asked_) {
+    } else if (last && spare && asked_) {
       request = *asked_;
     } else {
-      request = request_for(turns_[turn_], options_);
-      turn_ = (turn_ + 1) % turns_.size();
+      request = request_for(reading, options_);
+      in_turn = true;
     }
+    if (in_turn || reads > 1) turn_ = (turn_ + 1) % turns_.size();
     if (!batch_.post(transport_, request)) return;
     if (last) check_mark_ = false;
   }

@@ -54,7 +54,8 @@ class PolledDrive {
   /// Motor stop, immediately, whatever is under way.
   void stop() noexcept;
 
-  /// Sent in place of a reading, as soon as there is room; repeated while unanswered.
+  /// Sent in place of a reading, with more than two requests per cycle never of the position, and with fewer
+  /// than five of current or velocity only; repeated while unanswered.
   void ask(const Request& request) noexcept { asked_ = request; }
   void forget_ask() noexcept { asked_.reset(); }
   /// Its result, from the last receive().

@@ -6,6 +6,10 @@ namespace hal {
 
 namespace tmcl = drivers::tmcl;
 
+/// The queue hands a request over after the next frame, the second frame checks that the mailbox is empty,
+/// and only the third carries the request.
+constexpr int kCyclesToWrite = 3;
+
 const AxisData& axis_of(const tmcl::YoubotBoard& board) noexcept {
   return board.kind == tmcl::BoardKind::kWheel ? kWheelAxis : kArmAxes[static_cast<std::size_t>(board.index)];
 }
@@ -13,7 +17,7 @@ const AxisData& axis_of(const tmcl::YoubotBoard& board) noexcept {
 DriveChannel::DriveChannel(Setup setup)
     : setup_(std::move(setup)),
       units_(axis_of(setup_.board), setup_.unsigned_current),
-      hall_(axis_of(setup_.board).constants, setup_.period) {}
+      hall_(axis_of(setup_.board).constants, setup_.period, kCyclesToWrite) {}
 
 void DriveChannel::attach(drivers::ethercat::OpBus& bus) {
   transport_.emplace(bus.mailbox(setup_.slave), bus.slave(setup_.slave).label());

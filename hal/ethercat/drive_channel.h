@@ -19,7 +19,7 @@
 #include "drivers/tmcl/request_queue.h"
 #include "drivers/tmcl/youbot_topology.h"
 #include "hal/drive_units.h"
-#include "hal/ethercat/hall_reader.h"
+#include "hal/hall_reader.h"
 #include "hal/joint.h"
 #include "hal/youbot_axes.h"
 

@@ -132,7 +132,7 @@ TEST_F(TmclPolledDrive, QuestionsTakeTheLastReadsPlaceUntilAnswered) {
   module.values[{15, 0}] = 1;
   drive.ask(question);
   EXPECT_EQ(cycle(drive), "=P?");
-  EXPECT_EQ(cycle(drive), "=CP") << "the turn was not lost";
+  EXPECT_EQ(cycle(drive), "=PV") << "each cycle reads the position, whatever else is asked";
   ASSERT_TRUE(drive.answer());
   EXPECT_EQ(drive.answer()->request, question);
   EXPECT_EQ(drive.answer()->reply.value, 1);

@@ -1,5 +1,5 @@
 // When a drive's Hall sensors are read, and the encoder counts in the meantime.
-#include "hal/ethercat/hall_reader.h"
+#include "hal/hall_reader.h"
 
 #include <gtest/gtest.h>
 
@@ -35,8 +35,8 @@ class Reader : public testing::Test {
   }
 
   // Eight pole pairs and 4000 counts: 500 to an electrical revolution.
-  HallReader reader{{.gear_ratio = 26, .ticks_per_motor_rev = 4000, .pole_pairs = 8},
-                    std::chrono::milliseconds(1)};
+  HallReader reader{
+      {.gear_ratio = 26, .ticks_per_motor_rev = 4000, .pole_pairs = 8}, std::chrono::milliseconds(1), 3};
 };
 
 TEST_F(Reader, AReadingHasAllThatTheEncoderShowedWhileItWasTaken) {

@@ -10,13 +10,15 @@
 
 namespace hal {
 
-/// The process data do not include the Hall sensors, but parameter 210 does (Trinamic's BLDC modules: 65536
+/// Process data do not include the Hall sensors, but parameter 210 does (Trinamic's BLDC modules: 65536
 /// per electrical revolution). A request and its reply take some cycles; the reading includes the range of
 /// encoder counts in that time. A drive that refuses the parameter is not asked again; one that does not
 /// answer is asked again after a second. Cycle: all of it. One thread.
 class HallReader {
  public:
-  HallReader(const AxisConstants& axis, std::chrono::nanoseconds period) noexcept;
+  /// @param cycles_to_write after ask() until the request is on the wire: encoder counts before that do not
+  /// belong to the reading.
+  HallReader(const AxisConstants& axis, std::chrono::nanoseconds period, int cycles_to_write) noexcept;
 
   static drivers::tmcl::Request request() noexcept;
   /// Call once per cycle, with or without an answered frame. True if it is time to ask.
@@ -25,6 +27,10 @@ class HallReader {
   void ask() noexcept;
   /// The result of the request.
   void answer(const drivers::tmcl::Completion& completion) noexcept;
+  /// Cycles since ask(), while there is no answer.
+  int unanswered_cycles() const noexcept { return asked_ && !answered_ ? cycles_ : 0; }
+  /// The pending request is not going to be answered.
+  void cancel() noexcept { asked_ = false; }
   /// After answer(), for each frame that came back: the encoder position.
   void pass(std::int64_t position_ticks) noexcept;
   /// Discards a pending request: the counter restarts at another value.
@@ -35,6 +41,7 @@ class HallReader {
   bool refused() const noexcept { return refused_; }
 
  private:
+  int cycles_to_write_;
   double turns_per_tick_;
   int interval_cycles_;
   int patience_cycles_;

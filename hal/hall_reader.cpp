@@ -1,4 +1,4 @@
-#include "hal/ethercat/hall_reader.h"
+#include "hal/hall_reader.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,14 +10,12 @@ namespace {
 
 constexpr std::chrono::milliseconds kHallInterval{10};
 constexpr std::chrono::seconds kSilentInterval{1};
-/// The queue hands a request over after the next frame, the second frame checks that the mailbox is empty,
-/// and only the third carries the request: encoder counts before that do not belong to the reading.
-constexpr int kCyclesToWrite = 3;
-
 }  // namespace
 
-HallReader::HallReader(const AxisConstants& axis, std::chrono::nanoseconds period) noexcept
-    : turns_per_tick_(static_cast<double>(axis.pole_pairs) / axis.ticks_per_motor_rev),
+HallReader::HallReader(const AxisConstants& axis, std::chrono::nanoseconds period,
+                       int cycles_to_write) noexcept
+    : cycles_to_write_(cycles_to_write),
+      turns_per_tick_(static_cast<double>(axis.pole_pairs) / axis.ticks_per_motor_rev),
       interval_cycles_(std::max(1, static_cast<int>(kHallInterval / period))),
       patience_cycles_(std::max(1, static_cast<int>(kSilentInterval / period))) {}
 
@@ -55,7 +53,7 @@ void HallReader::answer(const drivers::tmcl::Completion& completion) noexcept {
 void HallReader::pass(std::int64_t position_ticks) noexcept {
   position_ticks_ = position_ticks;
   if (!asked_) return;
-  if (cycles_ < kCyclesToWrite) low_ticks_ = high_ticks_ = position_ticks;
+  if (cycles_ < cycles_to_write_) low_ticks_ = high_ticks_ = position_ticks;
   low_ticks_ = std::min(low_ticks_, position_ticks);
   high_ticks_ = std::max(high_ticks_, position_ticks);
   if (!answered_) return;
