@@ -1,6 +1,8 @@
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <memory>
+#include <utility>
 
 #include "tests/faults/kinds.h"
 
@@ -124,6 +126,82 @@ std::vector<Kind> sensor_kinds() {
                return shown;
              };
            }),
+      lies("position-pauses",
+           [](World&, const Event& event) -> Lie {
+             // Constant in every second interval, and true in between.
+             const auto held = std::make_shared<BoardInputs>();
+             const auto cycle = std::make_shared<int>(0);
+             const int interval = 2 + static_cast<int>(38 * event.size);
+             return [held, cycle, interval](const BoardInputs&, BoardInputs now) {
+               if ((*cycle)++ / interval % 2 == 0) *held = now;
+               now.position = held->position;
+               return now;
+             };
+           }),
+      lies("position-bit-flips",
+           [](World& world, const Event& event) -> Lie {
+             // In single samples.
+             const auto random = std::make_shared<std::mt19937_64>(world.random()());
+             const std::uint32_t bit = 1U << static_cast<unsigned>(31.99 * event.size);
+             return [random, bit](const BoardInputs&, BoardInputs now) {
+               if ((*random)() % 50 == 0)
+                 now.position = static_cast<std::int32_t>(static_cast<std::uint32_t>(now.position) ^ bit);
+               return now;
+             };
+           }),
+      lies("position-slips",
+           [](World&, const Event& event) -> Lie {
+             // By an electrical revolution of the motor, which Hall sensors do not see.
+             constexpr std::int32_t kRevolution = 500;
+             const auto cycle = std::make_shared<int>(0);
+             const int interval = 20 + static_cast<int>(500 * event.size);
+             return [cycle, interval](const BoardInputs&, BoardInputs now) {
+               now.position -= kRevolution * (1 + (*cycle)++ / interval);
+               return now;
+             };
+           }),
+      lies("position-reading-absurd",
+           [](World&, const Event&) -> Lie {
+             return [](const BoardInputs&, BoardInputs now) {
+               now.position = std::numeric_limits<std::int32_t>::min();
+               return now;
+             };
+           }),
+      lies("encoder-fades",
+           [](World&, const Event& event) -> Lie {
+             // Its gain falls within 2 s.
+             struct Fading {
+               double gain = 1.0;
+               double shown = 0.0;
+               std::int32_t last = 0;
+               bool begun = false;
+             };
+             const auto fading = std::make_shared<Fading>();
+             const double least = 0.7 * event.size;
+             return [fading, least](const BoardInputs& begin, BoardInputs now) {
+               Fading& f = *fading;
+               if (!std::exchange(f.begun, true)) {
+                 f.shown = begin.position;
+                 f.last = begin.position;
+               }
+               f.gain = std::max(least, f.gain - (1 - least) / 2000);
+               f.shown += f.gain * (static_cast<double>(now.position) - std::exchange(f.last, now.position));
+               now.position = static_cast<std::int32_t>(std::lround(f.shown));
+               now.velocity = static_cast<std::int32_t>(std::lround(f.gain * now.velocity));
+               return now;
+             };
+           }),
+      lies("velocity-delayed",
+           [](World&, const Event& event) -> Lie {
+             const auto past = std::make_shared<std::deque<std::int32_t>>();
+             const auto periods = static_cast<std::size_t>(10 + 200 * event.size);
+             return [past, periods](const BoardInputs&, BoardInputs now) {
+               past->push_back(now.velocity);
+               now.velocity = past->front();
+               if (past->size() > periods) past->pop_front();
+               return now;
+             };
+           }),
       lies("velocity-frozen",
            [](World&, const Event&) -> Lie {
              return [](const BoardInputs& begin, BoardInputs now) {
@@ -156,6 +234,13 @@ std::vector<Kind> sensor_kinds() {
            [](World&, const Event&) -> Lie {
              return [](const BoardInputs& begin, BoardInputs now) {
                now.current = begin.current;
+               return now;
+             };
+           }),
+      lies("current-reading-absurd",
+           [](World&, const Event&) -> Lie {
+             return [](const BoardInputs&, BoardInputs now) {
+               now.current = std::numeric_limits<std::int32_t>::min();
                return now;
              };
            }),
