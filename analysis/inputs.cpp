@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <memory>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
 
 #include "runtime/configuration/drive_model_file.h"
+#include "runtime/recording/bam_log.h"
 #include "runtime/recording/recording_reader.h"
 
 namespace analysis {
@@ -24,11 +26,17 @@ void add_files(std::vector<fs::path>& files, const fs::path& path, const std::st
     return;
   }
   std::vector<fs::path> found;
+  std::vector<fs::path> logs;
   for (auto entry = fs::directory_iterator(path, error); !error && entry != fs::directory_iterator();
-       entry.increment(error))
+       entry.increment(error)) {
     if (runtime::is_recording(*entry)) found.push_back(entry->path());
+    if (entry->path().extension() == ".json") logs.push_back(entry->path());
+  }
   if (error) throw std::invalid_argument(option + ": " + path.string() + ": " + error.message());
-  if (found.empty()) throw std::invalid_argument(option + ": there is no .csv or .mcap in " + path.string());
+  // Beside recordings there may be a gap.json.
+  if (found.empty()) found = std::move(logs);
+  if (found.empty())
+    throw std::invalid_argument(option + ": there is no .csv, .mcap or .json in " + path.string());
   std::ranges::sort(found);
   files.insert(files.end(), found.begin(), found.end());
 }
@@ -136,6 +144,9 @@ Inputs read_inputs(const InputPaths& paths,
     }
   };
   collect([&] { inputs.model = runtime::read_drive_model(paths.model); });
+  std::shared_ptr<const runtime::ColumnMap> columns;
+  if (!paths.columns.empty())
+    collect([&] { columns = std::make_shared<runtime::ColumnMap>(runtime::read_column_map(paths.columns)); });
   const std::vector<std::string> names = short_names(files);
   std::vector<identification::gap::Source> sources;
   for (std::size_t i = 0; i < files.size(); ++i)
@@ -143,8 +154,9 @@ Inputs read_inputs(const InputPaths& paths,
       if (progress)
         progress(fmt::format("reading recording {} of {}", i + 1, files.size()),
                  std::numeric_limits<double>::quiet_NaN());
-      runtime::ReadRecording read =
-          runtime::read_recording(files[i], {.joint = paths.joint, .one_drive = true});
+      if (!columns && !paths.columns.empty()) return;  // all files would be misread
+      runtime::ReadRecording read = runtime::read_recording_or_log(
+          files[i], {.joint = paths.joint, .one_drive = true, .columns = columns});
       require_dense(read, files[i]);
       inputs.warnings.insert(inputs.warnings.end(), read.warnings.begin(), read.warnings.end());
       sources.push_back({names[i], std::move(read.recording), files[i].string()});

@@ -17,6 +17,7 @@ struct InputPaths {
   std::vector<std::filesystem::path> data{};      ///< recordings, or directories of them
   std::vector<std::filesystem::path> held_out{};  ///< the same; may be empty
   std::string joint{};                            ///< of MCAP files with several
+  std::filesystem::path columns{};                ///< column map of tables of other programs; empty: none
 };
 
 struct Inputs {
@@ -27,7 +28,8 @@ struct Inputs {
   std::vector<std::string> warnings;
 };
 
-/// For a directory all recordings in it, by name, without its subdirectories. The sources are named after
+/// For a directory all recordings in it, by name, without its subdirectories; of one without recordings, all
+/// logs of bam (.json). The sources are named after
 /// their files, with as many parent directories as are needed to distinguish them.
 /// @throws runtime::ConfigError with all errors in the model and every recording; std::invalid_argument for
 /// files that are given twice or do not fit together.

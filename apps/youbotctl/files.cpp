@@ -1,14 +1,21 @@
 #include "apps/youbotctl/files.h"
 
+#include <algorithm>
 #include <cstdio>
+#include <memory>
 #include <string>
 #include <system_error>
+#include <utility>
+#include <vector>
 
+#include "hal/setup_error.h"
 #include "runtime/log.h"
 #include "runtime/mcap/convert.h"
 #include "runtime/mcap/recover.h"
 #include "runtime/program/exit_code.h"
 #include "runtime/program/wording.h"
+#include "runtime/recording/bam_log.h"
+#include "runtime/recording/recording_file.h"
 
 namespace youbotctl {
 
@@ -21,6 +28,37 @@ int convert(const std::filesystem::path& in, const std::filesystem::path& out, c
                 static_cast<unsigned long long>(converted.rows),
                 static_cast<double>(converted.bytes_out) / 1e6,
                 100 * static_cast<double>(converted.bytes_out) / static_cast<double>(converted.bytes_in),
+                in.filename().c_str());
+  return runtime::kExitOk;
+}
+
+int import_table(const std::filesystem::path& in, const std::filesystem::path& out,
+                 const std::filesystem::path& columns, bool quiet) {
+  runtime::ReadOptions options;
+  if (!columns.empty())
+    options.columns = std::make_shared<runtime::ColumnMap>(runtime::read_column_map(columns));
+  const runtime::ReadRecording read = runtime::read_recording_or_log(in, options);
+  for (const std::string& warning : read.warnings) spdlog::warn("{}", warning);
+  const identification::Recording& recording = read.recording;
+  std::vector<runtime::RecordingFile::Comment> comments;
+  if (std::ranges::find(recording.comments, "rig", &std::pair<std::string, std::string>::first) ==
+          recording.comments.end() &&
+      !recording.rig.empty())
+    comments.push_back({"rig", recording.rig});
+  for (const auto& [key, value] : recording.comments) comments.push_back({key, value});
+  std::vector<runtime::RecordingFile::Column> names;
+  for (const auto& column : recording.columns) names.push_back({column.name});
+  runtime::RecordingFile file(out, comments, names);
+  std::vector<double> row(names.size());
+  for (std::size_t i = 0; i < recording.rows(); ++i) {
+    for (std::size_t k = 0; k < row.size(); ++k) row[k] = recording.columns[k].values[i];
+    file.append_row(row);
+  }
+  file.close();
+  if (const std::string problem = file.error(); !problem.empty())
+    throw hal::SetupError(out.string(), "write the recording: " + problem, "free some space");
+  if (!quiet)
+    std::printf("%s: %llu rows of %s\n", out.c_str(), static_cast<unsigned long long>(file.rows_written()),
                 in.filename().c_str());
   return runtime::kExitOk;
 }

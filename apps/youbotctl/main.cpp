@@ -46,6 +46,7 @@ struct Arguments {
   std::vector<std::filesystem::path> paths;
   youbotctl::LerobotOptions lerobot;
   std::string joint;
+  std::string columns;
 };
 
 std::string text(const json& status, const char* key) {
@@ -282,12 +283,19 @@ int main(int argc, char** argv) {
     sub->add_option("out", arguments.out, "file to create; an existing one is not replaced")->required();
     return sub;
   };
-  file_command(
+  CLI::App* const converting = file_command(
       "convert",
-      "convert a recording from CSV to MCAP or from MCAP to CSV, by the extensions .csv and .mcap; needs no "
-      "youbotd",
-      [&] { return youbotctl::convert(arguments.in, arguments.out, arguments.joint, arguments.quiet); })
-      ->add_option("--joint", arguments.joint, "of an MCAP file, one joint alone, such as wheel_1");
+      "convert a recording from CSV to MCAP or from MCAP to CSV, by the extensions .csv and .mcap; or a "
+      "table "
+      "of another program, by --columns, or a log of bam (.json) to either. Needs no youbotd",
+      [&] {
+        if (!arguments.columns.empty() || std::filesystem::path(arguments.in).extension() == ".json")
+          return youbotctl::import_table(arguments.in, arguments.out, arguments.columns, arguments.quiet);
+        return youbotctl::convert(arguments.in, arguments.out, arguments.joint, arguments.quiet);
+      });
+  converting->add_option("--joint", arguments.joint, "of an MCAP file, one joint alone, such as wheel_1");
+  converting->add_option("--columns", arguments.columns,
+                         "column map of a table that another program wrote, TOML (apps/FILE_FORMATS.md)");
   file_command(
       "recover",
       "write what can be read of a torn MCAP file into a complete one and report how much was lost; needs "

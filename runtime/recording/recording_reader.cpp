@@ -108,17 +108,54 @@ class Reader {
     return std::move(result_);
   }
 
+  /// The same checks of a text of another program.
+  ReadRecording read_mapped(const ColumnMap& map) {
+    std::string_view line;
+    bool whole = true;
+    if (!read_comments(line, whole)) fail(line_, "no row of column names");
+    if (!whole) fail(line_, "the file ends within the row of column names; nothing was recorded");
+    char separator = map.separator;
+    if (separator == 0)
+      separator = line.find(';') != line.npos ? ';' : line.find('\t') != line.npos ? '\t' : ',';
+    std::vector<std::string_view> fields;
+    split(line, separator, fields);
+    const std::vector<std::string> names(fields.begin(), fields.end());
+    ColumnMapper mapper = begin_mapped(map, names, {});
+    result_.first_row_line = line_ + 1;
+    std::size_t blank = 0;  // lines, allowed only at the end
+    while (next_line(line, whole)) {
+      if (line.empty() && (whole || blank > 0)) {
+        ++blank;
+        continue;
+      }
+      if (blank > 0) problem(line_ - blank, "the line is empty; delete it");
+      blank = 0;
+      if (!whole) {
+        warn(line_, "the last line is torn (no line end) and was left out");
+        break;
+      }
+      split(line, separator, fields);
+      take_mapped(mapper, fields, names.size());
+    }
+    return end_mapped();
+  }
+
+  ReadRecording read_table(const SourceTable& table, const ColumnMap& map) {
+    for (const auto& [key, value] : table.comments) take_comment(key, value);
+    ColumnMapper mapper = begin_mapped(map, table.names, table.header);
+    result_.first_row_line = 1;
+    std::vector<std::string_view> fields;
+    while (table.next(fields)) {
+      ++line_;
+      take_mapped(mapper, fields, table.names.size());
+    }
+    return end_mapped();
+  }
+
   ReadRecording read() {
     std::string_view line;
     bool whole = true;
-    bool have_line = next_line(line, whole);
-    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-    if (have_line && line.starts_with(kByteOrderMark)) line.remove_prefix(kByteOrderMark.size());
-    if (!have_line || (line.empty() && !whole))
-      fail(0, "the file is empty; a recording begins with '# youbot recording v1'");
-    for (; have_line && (line.starts_with('#') || line.empty()); have_line = next_line(line, whole))
-      read_comment(line);
-    if (!have_line) {
+    if (!read_comments(line, whole)) {
       problem(line_, "no row of column names; it follows the '#' lines: time_s,torque_command_Nm,…");
     } else if (read_header(line, whole)) {
       read_rows();
@@ -134,6 +171,77 @@ class Reader {
     const bool there = lines_.next(line, whole);
     line_ += there ? 1 : 0;
     return there;
+  }
+
+  /// Up to the first line after them, which is in `line`; false if there is none.
+  bool read_comments(std::string_view& line, bool& whole) {
+    bool have_line = next_line(line, whole);
+    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+    if (have_line && line.starts_with(kByteOrderMark)) line.remove_prefix(kByteOrderMark.size());
+    if (!have_line || (line.empty() && !whole))
+      fail(0, "the file is empty; a recording begins with '# youbot recording v1'");
+    for (; have_line && (line.starts_with('#') || line.empty()); have_line = next_line(line, whole))
+      read_comment(line);
+    return have_line;
+  }
+
+  /// Without the quotation marks that some programs put around names and numbers.
+  static void split(std::string_view line, char separator, std::vector<std::string_view>& fields) {
+    fields.clear();
+    for (;;) {
+      const std::size_t end = line.find(separator);
+      std::string_view field = trimmed(line.substr(0, end));
+      if (field.size() >= 2 && field.front() == '"' && field.back() == '"')
+        field = field.substr(1, field.size() - 2);
+      fields.push_back(field);
+      if (end == line.npos || fields.size() > kMaxRecordingColumns) return;
+      line.remove_prefix(end + 1);
+    }
+  }
+
+  ColumnMapper begin_mapped(const ColumnMap& map, const std::vector<std::string>& names,
+                            const std::map<std::string, double, std::less<>>& header) {
+    if (names.size() > kMaxRecordingColumns)
+      fail(line_, "more than " + std::to_string(kMaxRecordingColumns) +
+                      " columns; is this the row of column names?");
+    ColumnMapper mapper(map, names, header);
+    for (const std::string& text : mapper.problems()) problem(line_, text);
+    if (!problems_.empty()) finish();
+    std::string left_out;
+    for (const std::string& name : mapper.left_out())
+      (left_out += left_out.empty() ? "" : ", ") += quoted(std::string_view(name));
+    if (!left_out.empty())
+      warn(line_, "columns that " + map.name + " does not name were left out: " + left_out);
+    if (result_.recording.rig.empty()) result_.recording.rig = map.rig;
+    std::set<std::string_view> seen;
+    for (const std::string& quantity : mapper.quantities()) add_column(quantity, seen);
+    return mapper;
+  }
+
+  void take_mapped(ColumnMapper& mapper, std::span<const std::string_view> fields, std::size_t columns) {
+    if (fields.size() != columns) {
+      problem(line_, std::to_string(fields.size()) + " values for " + std::to_string(columns) +
+                         " columns; delete or repair this line");
+      return;
+    }
+    std::string why;
+    switch (mapper.convert(fields, row_, why)) {
+      case ColumnMapper::Row::kLeftOut: ++rows_left_out_; return;
+      case ColumnMapper::Row::kRefused: problem(line_, why); return;
+      case ColumnMapper::Row::kTaken: break;
+    }
+    if (!time_increases(row_)) return;
+    for (std::size_t i = 0; i < row_.size(); ++i) result_.recording.columns[i].values.push_back(row_[i]);
+  }
+
+  ReadRecording end_mapped() {
+    if (rows_left_out_ > 0)
+      warn(0, std::to_string(rows_left_out_) + " rows were left out: they are not those that [only] names");
+    if (result_.recording.rows() == 0 && problems_.empty())
+      problem(line_, rows_left_out_ > 0 ? "no row is one of those that [only] names"
+                                        : "no data rows; was anything recorded?");
+    finish();
+    return std::move(result_);
   }
 
   void read_comment(std::string_view line) {
@@ -392,6 +500,8 @@ class Reader {
   NotMeasured not_measured_;
   std::map<std::string, std::string, std::less<>> reasons_;  // by column, why it is not measured
   std::vector<std::size_t> missing_;                         // columns of the current row
+  std::vector<double> row_;                                  // of a mapped table
+  std::size_t rows_left_out_ = 0;
   std::size_t line_ = 0;
   bool titled_ = false;
   std::size_t time_column_ = static_cast<std::size_t>(-1);
@@ -419,6 +529,14 @@ bool is_recording(const std::filesystem::path& path) {
 
 ReadRecording parse_recording(std::string_view text, const std::string& name, NotMeasured not_measured) {
   return Reader(Lines(text), name, not_measured).read();
+}
+
+ReadRecording parse_recording(std::string_view text, const std::string& name, const ColumnMap& columns) {
+  return Reader(Lines(text), name, NotMeasured::kRefused).read_mapped(columns);
+}
+
+ReadRecording parse_table(const SourceTable& table, const std::string& name, const ColumnMap& columns) {
+  return Reader(Lines(""), name, NotMeasured::kRefused).read_table(table, columns);
 }
 
 ReadRecording parse_mcap_recording(std::string_view bytes, const std::string& name,
@@ -453,7 +571,9 @@ ReadRecording read_recording(const std::filesystem::path& path, const ReadOption
       return Reader(Lines(""), path.string(), options.not_measured)
           .read_mcap([&path] { return mcap::read_file(path); }, options);
     const RegularFile file(path);
-    return Reader(Lines(file, kMaxRecordingBytes), path.string(), options.not_measured).read();
+    const std::string name = path.string();
+    Reader reader(Lines(file, kMaxRecordingBytes), name, options.not_measured);
+    return options.columns ? reader.read_mapped(*options.columns) : reader.read();
   } catch (const RecordingError&) {
     throw;
   } catch (const ConfigError& named) {  // its problems name the file

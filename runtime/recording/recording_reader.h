@@ -19,12 +19,17 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "identification/recording.h"
 #include "runtime/configuration/toml_reader.h"
+#include "runtime/recording/column_map.h"
 
 namespace runtime {
 
@@ -64,6 +69,18 @@ struct ReadOptions {
   std::string joint = {};
   /// A recording of ours with several joints needs a choice, too.
   bool one_drive = false;
+  /// Of a table of another program: the columns to take. The separator may be a comma, a semicolon or a tab,
+  /// and names may be in quotation marks. Columns that the map does not name are left out, with a warning.
+  std::shared_ptr<const ColumnMap> columns = nullptr;
+};
+
+/// A table of another program that is not text.
+struct SourceTable {
+  std::vector<std::string> names;
+  std::map<std::string, double, std::less<>> header{};          ///< values that hold for all rows, such as kp
+  std::vector<std::pair<std::string, std::string>> comments{};  ///< of the recording
+  /// The next row, a field for each name, valid until the next call; false after the last one.
+  std::function<bool(std::vector<std::string_view>& fields)> next;
 };
 
 /// A file that ends in `.mcap` is read as MCAP: every column of ours, or a joint of the
@@ -80,5 +97,9 @@ ReadRecording parse_mcap_recording(std::string_view bytes, const std::string& na
 /// The same for a text in memory; `name` replaces the file name in messages.
 ReadRecording parse_recording(std::string_view text, const std::string& name,
                               NotMeasured not_measured = NotMeasured::kRefused);
+/// The same for a text of another program.
+ReadRecording parse_recording(std::string_view text, const std::string& name, const ColumnMap& columns);
+/// The same for a table that is not text. Messages count rows in place of lines.
+ReadRecording parse_table(const SourceTable& table, const std::string& name, const ColumnMap& columns);
 
 }  // namespace runtime

@@ -16,6 +16,7 @@
 #include "operation/cycle_record.h"
 #include "runtime/configuration/drive_model_file.h"
 #include "runtime/configuration/scene_config.h"
+#include "runtime/recording/column_map.h"
 #include "runtime/recording/recording_reader.h"
 #include "tests/documents/commands.h"
 #include "tests/support/built_paths.h"
@@ -69,6 +70,13 @@ TEST_F(FileFormats, TheExampleOfADriveModelIsOne) {
       runtime::read_drive_model(example("format = \"youbot-drive-model/1\""));
   EXPECT_EQ(model.name, "wheel-1");
   EXPECT_EQ(model.effects.size(), 2U);
+}
+
+TEST_F(FileFormats, TheExampleOfAColumnMapIsOne) {
+  const runtime::ColumnMap map = runtime::read_column_map(example("format = \"youbot-column-map/1\""));
+  EXPECT_EQ(map.columns.size(), 3U);
+  EXPECT_EQ(map.only_value, "3");
+  EXPECT_EQ(map.decimal, ',');
 }
 
 TEST_F(FileFormats, TheExampleOfASceneIsOne) {
