@@ -1,10 +1,54 @@
 // youbot-gap: finds what a drive model lacks, names it, adds it.
 #include <CLI/CLI.hpp>
+#include <string>
 
 #include "analysis/explain.h"
+#include "analysis/export.h"
 #include "runtime/configuration/finite_range.h"
 #include "runtime/program/exit_code.h"
 #include "runtime/program/run_app.h"
+
+namespace {
+
+constexpr const char* kColumnsHelp =
+    "column map of recordings that another program wrote, TOML: which column is what, its unit, sign "
+    "and side of the gear";
+
+analysis::ExportFormat format_called(const std::string& name) {
+  if (name == "urdf") return analysis::ExportFormat::kUrdf;
+  return name == "residual" ? analysis::ExportFormat::kResidual : analysis::ExportFormat::kMujoco;
+}
+
+void add_export(CLI::App& app, analysis::ExportOptions& options) {
+  CLI::App* const command = app.add_subcommand(
+      "export",
+      "write a drive model for programs of others, with an account of what they cannot hold and what that "
+      "costs on recordings");
+  command
+      ->add_option_function<std::string>(
+          "format", [&options](const std::string& name) { options.format = format_called(name); },
+          "mujoco: drive.xml, and drive_plain.xml with damping and friction only; urdf: drive.urdf; "
+          "residual: for each recording the torque that the model does not predict, as CSV")
+      ->required()
+      ->check(CLI::IsMember({"mujoco", "urdf", "residual"}));
+  command->add_option("model", options.inputs.model, "the drive model, TOML")->required();
+  command->add_option("--data", options.inputs.data,
+                      "recordings of the drive, or directories of them, to measure what is lost");
+  command->add_option("--joint", options.inputs.joint, "joint of an MCAP file with several");
+  command->add_option("--columns", options.inputs.columns, kColumnsHelp);
+  command->add_option("--out", options.out, "directory for the files")->required();
+  command->add_option("--timestep", options.timestep_s, "of MuJoCo [s]")
+      ->check(runtime::finite_range(1e-5, 0.1))
+      ->capture_default_str();
+  command
+      ->add_option("--top-speed", options.top_speed_rad_per_s,
+                   "without recordings, approximations are best up to this speed [rad/s]")
+      ->check(runtime::finite_range(1e-3, 1e4))
+      ->capture_default_str();
+  command->add_flag("--quiet", options.quiet, "no progress and no summary");
+}
+
+}  // namespace
 
 // NOLINTNEXTLINE(bugprone-exception-escape): out of memory before the first message may end the process.
 int main(int argc, char** argv) {
@@ -17,21 +61,35 @@ int main(int argc, char** argv) {
       "cannot be written.");
 
   analysis::GapOptions options;
-  app.add_option("--model", options.inputs.model, "the drive model, TOML")->required();
-  app.add_option("--data", options.inputs.data, "recordings of the drive, or directories of them")
-      ->required();
+  CLI::Option* const model = app.add_option("--model", options.inputs.model, "the drive model, TOML");
+  CLI::Option* const data =
+      app.add_option("--data", options.inputs.data, "recordings of the drive, or directories of them");
   app.add_option("--held-out", options.inputs.held_out,
                  "recordings that only judge; without them parts of --data are set aside");
   app.add_option("--joint", options.inputs.joint,
                  "joint of an MCAP file with several, such as wheel_1 of base.mcap");
-  app.add_option("--out", options.out, "directory for model.toml, report.html and gap.json")->required();
+  app.add_option("--columns", options.inputs.columns, kColumnsHelp);
+  CLI::Option* const out =
+      app.add_option("--out", options.out, "directory for model.toml, report.html and gap.json");
   app.add_option("--seed", options.seed, "of the random numbers: the same seed gives the same answer")
       ->check(runtime::finite_range(0, 1e15))
       ->capture_default_str();
   app.add_flag("--quiet", options.quiet, "no progress and no summary");
 
+  analysis::ExportOptions exported;
+  add_export(app, exported);
+  // The library would ask for them before a subcommand, too.
+  app.final_callback([&] {
+    if (!app.get_subcommands().empty()) return;
+    for (const CLI::Option* needed : {model, data, out})
+      if (needed->empty()) throw CLI::RequiredError(needed->get_name());
+  });
+
   return runtime::run_app(app, argc, argv, [&] {
-    analysis::explain_gap(options);
+    if (app.get_subcommands().empty())
+      analysis::explain_gap(options);
+    else
+      analysis::export_model(exported);
     return runtime::kExitOk;
   });
 }

@@ -1,0 +1,125 @@
+#include "analysis/export.h"
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+
+#include <cstdio>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "analysis/export_account.h"
+#include "analysis/export_mujoco.h"
+#include "analysis/export_residual.h"
+#include "identification/gap/measured_gap.h"
+#include "runtime/configuration/whole_file.h"
+#include "runtime/program/build_info.h"
+#include "runtime/program/progress_line.h"
+#include "runtime/recording/made_paths.h"
+#include "runtime/recording/output_directory.h"
+
+namespace analysis {
+namespace {
+
+using identification::gap::MeasuredGap;
+using model::effects::DriveModel;
+
+constexpr const char* kMujocoFile = "drive.xml";
+constexpr const char* kPlainFile = "drive_plain.xml";
+constexpr const char* kUrdfFile = "drive.urdf";
+
+/// Speeds at which an approximation should be good: those of the recordings, otherwise all alike.
+std::vector<double> speeds_of(const MeasuredGap* data, double top_rad_per_s) {
+  if (data != nullptr)
+    if (std::vector<double> speeds = data->speeds_rad_per_s(); !speeds.empty()) return speeds;
+  constexpr int kSpeeds = 400;
+  std::vector<double> speeds;
+  for (int i = 0; i <= kSpeeds; ++i) speeds.push_back(top_rad_per_s * i / kSpeeds);
+  return speeds;
+}
+
+/// One file of an export.
+struct Written {
+  std::string name;
+  std::string text;
+  std::vector<std::string> account;
+};
+
+std::vector<std::string> remarks(const ExportOptions& options, const std::vector<std::string>& account) {
+  std::vector<std::string> lines{fmt::format("written by youbot-gap {} from {}", runtime::build_version(),
+                                             options.inputs.model.string())};
+  lines.insert(lines.end(), account.begin(), account.end());
+  return lines;
+}
+
+std::vector<Written> texts_of(const DriveModel& model, const MeasuredGap* data,
+                              const ExportOptions& options) {
+  const std::vector<double> speeds = speeds_of(data, options.top_speed_rad_per_s);
+  const auto make = [&](const char* name, const Target& target, SlidingTerms terms, const auto& text) {
+    const DriveModel carried = carried_by(model, target);
+    const SlidingFit sliding = fit_sliding(carried, speeds, terms);
+    Written written{.name = name, .text = {}, .account = account_of(model, target, sliding, data)};
+    written.text = text(carried, sliding, remarks(options, written.account));
+    return written;
+  };
+  if (options.format == ExportFormat::kUrdf)
+    return {make(kUrdfFile, plain_target("URDF"), SlidingTerms::kCoulombViscous, urdf_text)};
+  const double step_s = options.timestep_s;
+  return {make(kMujocoFile, mujoco_target(), SlidingTerms::kAll,
+               [step_s](const auto& carried, const auto& sliding, const auto& lines) {
+                 return mujoco_text(carried, sliding, {step_s, lines});
+               }),
+          make(kPlainFile, plain_target("the plain file"), SlidingTerms::kCoulombViscous,
+               [step_s](const auto& carried, const auto& sliding, const auto& lines) {
+                 return plain_mujoco_text(carried, sliding, {step_s, lines});
+               })};
+}
+
+std::vector<std::string> file_names(ExportFormat format) {
+  switch (format) {
+    case ExportFormat::kMujoco: return {kMujocoFile, kPlainFile};
+    case ExportFormat::kUrdf: return {kUrdfFile};
+    case ExportFormat::kResidual: break;
+  }
+  return {};
+}
+
+}  // namespace
+
+void export_model(const ExportOptions& options) {
+  if (options.format == ExportFormat::kResidual && options.inputs.data.empty())
+    throw std::invalid_argument("export residual needs recordings: name them with --data");
+  runtime::ProgressLine progress("youbot-gap", options.quiet);
+  Inputs inputs =
+      read_inputs(options.inputs, [&](std::string_view what, double done) { progress.show(what, done); });
+  progress.finish();
+  for (const std::string& warning : inputs.warnings) spdlog::warn("{}", warning);
+  std::optional<MeasuredGap> data;
+  if (!inputs.data.empty()) data.emplace(inputs.model, std::move(inputs.data));
+  if (data)
+    for (const auto& [recording, column, found, done] : data->diagnosis())
+      spdlog::warn("{}: {} {}: {}", recording, column, found, done);
+
+  runtime::require_no_results(options.out, file_names(options.format));
+  runtime::MadePaths made(runtime::make_output_directory(options.out));
+  if (options.format == ExportFormat::kResidual) {
+    runtime::require_empty(options.out);
+    const std::vector<std::string> names = write_residuals(inputs.model, *data, options.out);
+    made.keep();
+    if (options.quiet) return;
+    std::printf("gap on the recordings: %.4g N·m\n", data->gap_Nm(inputs.model));
+    for (const std::string& name : names) std::printf("written: %s\n", (options.out / name).c_str());
+    return;
+  }
+  for (const Written& written : texts_of(inputs.model, data ? &*data : nullptr, options)) {
+    runtime::write_whole_file(options.out / written.name, written.text);
+    made.keep();
+    if (options.quiet) continue;
+    std::printf("written: %s\n", (options.out / written.name).c_str());
+    for (const std::string& line : written.account) std::printf("  %s\n", line.c_str());
+  }
+}
+
+}  // namespace analysis

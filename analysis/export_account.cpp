@@ -1,0 +1,77 @@
+#include "analysis/export_account.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+#include "model/effects/effect_chain.h"
+
+namespace analysis {
+namespace {
+
+using identification::gap::MeasuredGap;
+using identification::gap::Signals;
+using model::effects::DriveModel;
+
+DriveModel without(DriveModel model, std::size_t effect) {
+  model.effects.erase(model.effects.begin() + static_cast<std::ptrdiff_t>(effect));
+  return model;
+}
+
+/// Errors below this share of the friction are those of the arithmetic.
+constexpr double kExact = 1e-6;
+
+}  // namespace
+
+double gap_with_sliding_Nm(const MeasuredGap& data, const DriveModel& carried, const SlidingFit& sliding) {
+  DriveModel slides = carried;
+  std::erase_if(slides.effects, [](const auto& effect) { return part_of(effect) != Part::kSliding; });
+  const model::effects::EffectChain chain(slides.effects);
+  return data.gap_Nm(carried, [&](const Signals& s) {
+    std::vector<double> more(s.size());
+    for (std::size_t i = 0; i < s.size(); ++i) {
+      const double speed = std::abs(s.velocity_rad_per_s[i]);
+      const double ahead = std::copysign(1.0, s.velocity_rad_per_s[i]);
+      more[i] = s.direction[i] * (sliding.level_Nm(speed) - chain.level_Nm(speed, ahead, s.running_s[i], 0)) +
+                sliding.offset_Nm;
+    }
+    return more;
+  });
+}
+
+std::vector<std::string> account_of(const DriveModel& model, const Target& target, const SlidingFit& sliding,
+                                    const MeasuredGap* data) {
+  std::vector<std::string> lines;
+  const double whole_Nm = data != nullptr ? data->gap_Nm(model) : std::numeric_limits<double>::quiet_NaN();
+  const std::vector<Carriage> carriages = carriages_of(model, target);
+  for (std::size_t i = 0; i < carriages.size(); ++i) {
+    const Carriage& one = carriages[i];
+    std::string line = one.effect + ": ";
+    if (one.as.empty()) {
+      line += "not carried";
+      if (data != nullptr)
+        line += fmt::format("; without it the gap on the recordings is {:.4g} N·m instead of {:.4g}",
+                            data->gap_Nm(without(model, i)), whole_Nm);
+    } else {
+      line += one.as;
+      if (!one.lost.empty()) line += "; lost: " + one.lost;
+    }
+    lines.push_back(line);
+  }
+  const double level_Nm = sliding.level_Nm(0) + std::abs(sliding.offset_Nm);
+  if (sliding.rms_error_Nm > kExact * level_Nm)
+    lines.push_back(
+        fmt::format("sliding friction: {:.3g} N·m rms off the model's; worst {:.3g} N·m at {:.3g} rad/s",
+                    sliding.rms_error_Nm, sliding.worst_error_Nm, sliding.worst_at_rad_per_s));
+  if (data != nullptr)
+    lines.push_back(
+        fmt::format("gap on the recordings: {:.4g} N·m with the model, {:.4g} with what {} holds of it",
+                    whole_Nm, gap_with_sliding_Nm(*data, carried_by(model, target), sliding), target.name));
+  else
+    lines.emplace_back("what the losses cost was not measured: no recordings were given");
+  return lines;
+}
+
+}  // namespace analysis
