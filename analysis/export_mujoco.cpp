@@ -25,7 +25,6 @@ constexpr std::string_view kPassive = R"(input="none" motorconst="1e-9" resistan
 constexpr double kFrictionSteps = 2;  // time constant of the constraint, in time steps: MuJoCo's minimum
 /// A bristle without a stiffness of its own is as stiff as the step allows, as in our simulation.
 constexpr double kContactAngle_rad = 0.3;  // per step
-constexpr double kContactDampingRatio = 0.3;
 /// A stiffer one would ring.
 constexpr double kStiffestAngle_rad = 0.5;
 /// dcmotor divides by the level.
@@ -123,8 +122,7 @@ Contact contact(const Mechanics& mechanics, double lightest_kg_m2, double timest
   if (mechanics.stiffness_Nm_per_rad > 0)
     return {std::min(mechanics.stiffness_Nm_per_rad, at_angle(kStiffestAngle_rad)),
             mechanics.damping_Nm_s_per_rad};
-  return {at_angle(kContactAngle_rad),
-          2 * kContactDampingRatio * lightest_kg_m2 * kContactAngle_rad / timestep_s};
+  return {at_angle(kContactAngle_rad), 0};
 }
 
 std::string bristles(const Hinge& hinge, const std::vector<Bristle>& all, const Contact& contact) {
@@ -214,12 +212,12 @@ std::string mujoco_text(const DriveModel& model, const SlidingFit& sliding, cons
                                                 behind.inertia_kg_m2 / behind.friction_share)
                                      : driven.inertia_kg_m2;
 
-  // Bristles carry all friction, if there are any: their levels then fall by no more than the friction does.
-  // Otherwise it is a constraint, which needs no state.
+  // A contact of its own carries all friction. Otherwise Coulomb friction is a constraint, which needs no
+  // state, and bristles carry what changes with speed.
   std::vector<Bristle> carrying = sliding.bristles;
   double frictionloss_Nm = sliding.coulomb_Nm;
-  if (carrying.empty() && mechanics.stiffness_Nm_per_rad > 0) carrying.push_back({});
-  if (!carrying.empty()) {
+  if (mechanics.stiffness_Nm_per_rad > 0) {
+    if (carrying.empty()) carrying.push_back({});
     double bumps_Nm = 0;
     for (const Bristle& one : carrying) bumps_Nm += std::max(one.rest_Nm, one.sliding_Nm);
     for (Bristle& one : carrying) {

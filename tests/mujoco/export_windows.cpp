@@ -60,7 +60,8 @@ std::vector<KnownDrive> known_drives() {
   all.push_back(
       {.name = "presliding",
        .hidden = {.contact_rad_per_Nm = 1 / 5.0},
-       .effects = {make_effect("presliding", {{"stiffness_Nm_per_rad", 5}, {"damping_Nm_s_per_rad", 0.1}})}});
+       .effects = {make_effect(
+           "presliding", {{"stiffness_Nm_per_rad", 5}, {"damping_Nm_s_per_rad", 0.02}, {"exponent", 1}})}});
   all.push_back(
       {.name = "cogging",
        .hidden = {.cogging_Nm = 0.02, .cogging_per_rev = 25.84, .cogging_phase_rad = 0.7},
