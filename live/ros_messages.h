@@ -1,5 +1,5 @@
 /// @file
-/// The ROS 2 messages of the stream, beside sensor_msgs/JointState of runtime/mcap/ros_messages.h.
+/// The ROS 2 messages of stream and topics, beside sensor_msgs/JointState of runtime/mcap/ros_messages.h.
 #pragma once
 #include <Eigen/Geometry>
 #include <array>
@@ -19,16 +19,22 @@ using runtime::mcap::Time;
 
 struct Type {
   std::string_view name;
+  std::string_view hash;                   ///< RIHS01 of REP 2011: of all names and types of its fields
   std::array<std::string_view, 10> parts;  ///< its fields, then each definition that it uses
 
   /// As rosbag2 stores it.
   std::string definition() const;
 };
+/// Of runtime::mcap::kJointStateType.
+inline constexpr std::string_view kJointStateHash =
+    "RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e";
 extern const Type kPoseStamped;
 extern const Type kWrenchStamped;
 extern const Type kOdometry;
 extern const Type kTransforms;
 extern const Type kDiagnosticArray;
+extern const Type kTwist;
+extern const Type kTwistStamped;
 extern const Type kString;
 
 struct Header {
@@ -62,5 +68,13 @@ struct Diagnostic {
 void write_diagnostics(CdrWriter& cdr, Time stamp, const std::vector<Diagnostic>& diagnostics);
 
 void write_string(CdrWriter& cdr, std::string_view text);
+
+struct Twist {
+  Eigen::Vector3d linear_m_per_s = Eigen::Vector3d::Zero();
+  Eigen::Vector3d angular_rad_per_s = Eigen::Vector3d::Zero();
+};
+/// Any numbers, also not finite ones. @throws runtime::mcap::BadRecord if the payload is no such message.
+Twist read_twist(std::string_view payload);
+Twist read_twist_stamped(std::string_view payload);
 
 }  // namespace live::ros

@@ -14,7 +14,7 @@ namespace operation {
 namespace {
 
 namespace ros = live::ros;
-using live::FoxgloveStream;
+using live::Channel;
 using runtime::mcap::JointState;
 using runtime::mcap::Time;
 
@@ -22,20 +22,22 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* kWorld = "world";
 constexpr const char* kBase = "base_footprint";
 
-FoxgloveStream::Channel channel(const char* topic, const ros::Type& type) {
+Channel channel(const char* topic, const ros::Type& type) {
   return {.topic = topic,
           .encoding = "cdr",
           .schema_name = std::string(type.name),
           .schema = type.definition(),
-          .schema_encoding = "ros2msg"};
+          .schema_encoding = "ros2msg",
+          .type_hash = std::string(type.hash)};
 }
 
-FoxgloveStream::Channel joints_channel(const char* topic) {
+Channel joints_channel(const char* topic) {
   return {.topic = topic,
           .encoding = "cdr",
           .schema_name = std::string(runtime::mcap::kJointStateType),
           .schema = std::string(runtime::mcap::kJointStateDefinition),
-          .schema_encoding = "ros2msg"};
+          .schema_encoding = "ros2msg",
+          .type_hash = std::string(ros::kJointStateHash)};
 }
 
 JointState joints(std::uint64_t time_ns, std::size_t count) {
@@ -73,36 +75,36 @@ std::string text(const nlohmann::json& value) {
 
 }  // namespace
 
-LiveChannels::LiveChannels(FoxgloveStream& stream, bool teleoperated)
-    : stream_(stream), transforms_(control::youbot_urdf()) {
+LiveChannels::LiveChannels(live::Outlet& outlet, bool teleoperated)
+    : outlet_(outlet), transforms_(control::youbot_urdf()) {
   const auto columns =
       teleoperated ? runtime::columns_of(TeleopRecord{}) : runtime::columns_of(CycleRecord{});
   for (const auto& column : columns) columns_.push_back(column.name);
-  record_ = stream_.add({.topic = "/youbot/record",
+  record_ = outlet_.add({.topic = "/youbot/record",
                          .encoding = "cdr",
                          .schema_name = std::string(runtime::mcap::kRecordType),
                          .schema = runtime::mcap::record_definition(columns_),
                          .schema_encoding = "ros2msg"});
-  status_ = stream_.add({.topic = "/youbot/status",
+  status_ = outlet_.add({.topic = "/youbot/status",
                          .encoding = "json",
                          .schema_name = "youbotd-status/1",
                          .schema = R"({"type": "object"})",
                          .schema_encoding = "jsonschema",
                          .latched = true});
-  joint_states_ = stream_.add(joints_channel("/joint_states"));
-  joint_commands_ = stream_.add(joints_channel("/joint_commands"));
-  odometry_ = stream_.add(channel("/odom", ros::kOdometry));
-  frames_ = stream_.add(channel("/tf", ros::kTransforms));
-  diagnostics_ = stream_.add(channel("/diagnostics", ros::kDiagnosticArray));
+  joint_states_ = outlet_.add(joints_channel("/joint_states"));
+  joint_commands_ = outlet_.add(joints_channel("/joint_commands"));
+  odometry_ = outlet_.add(channel("/odom", ros::kOdometry));
+  frames_ = outlet_.add(channel("/tf", ros::kTransforms));
+  diagnostics_ = outlet_.add(channel("/diagnostics", ros::kDiagnosticArray));
   if (teleoperated) {
-    end_effector_ = stream_.add(channel("/end_effector/pose", ros::kPoseStamped));
-    setpoint_ = stream_.add(channel("/end_effector/setpoint", ros::kPoseStamped));
-    wrench_ = stream_.add(channel("/end_effector/wrench", ros::kWrenchStamped));
-    felt_force_ = stream_.add(channel("/haptic/force", ros::kWrenchStamped));
+    end_effector_ = outlet_.add(channel("/end_effector/pose", ros::kPoseStamped));
+    setpoint_ = outlet_.add(channel("/end_effector/setpoint", ros::kPoseStamped));
+    wrench_ = outlet_.add(channel("/end_effector/wrench", ros::kWrenchStamped));
+    felt_force_ = outlet_.add(channel("/haptic/force", ros::kWrenchStamped));
   }
   auto description = channel("/robot_description", ros::kString);
   description.latched = true;
-  const std::size_t robot_description = stream_.add(std::move(description));
+  const std::size_t robot_description = outlet_.add(std::move(description));
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   send(robot_description, static_cast<std::uint64_t>(std::chrono::nanoseconds(now).count()),
        [](runtime::mcap::CdrWriter& cdr) { ros::write_string(cdr, control::youbot_urdf()); });
@@ -110,10 +112,10 @@ LiveChannels::LiveChannels(FoxgloveStream& stream, bool teleoperated)
 
 template <typename Write>
 void LiveChannels::send(std::size_t channel, std::uint64_t time_ns, const Write& write) {
-  if (!stream_.wanted(channel)) return;
+  if (!outlet_.wanted(channel)) return;
   cdr_.clear();
   write(cdr_);
-  stream_.publish(channel, time_ns, cdr_.payload());
+  outlet_.publish(channel, time_ns, cdr_.payload());
 }
 
 template <typename Record>
@@ -217,7 +219,7 @@ void LiveChannels::publish_transforms(std::uint64_t time_ns, const std::array<do
 }
 
 void LiveChannels::publish_status(std::uint64_t time_ns, const nlohmann::json& status) {
-  stream_.publish(status_, time_ns, text(status));
+  if (outlet_.wanted(status_)) outlet_.publish(status_, time_ns, text(status));
   send(diagnostics_, time_ns, [&](auto& cdr) {
     using Level = ros::Diagnostic::Level;
     const std::string fault = status.value("fault", "");

@@ -1,5 +1,5 @@
 /// @file
-/// The channels of the stream: cycles as ROS 2 messages.
+/// The channels of stream and topics: cycles as ROS 2 messages.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -10,17 +10,17 @@
 #include <string>
 #include <vector>
 
-#include "live/foxglove.h"
+#include "live/outlet.h"
 #include "live/transforms.h"
 #include "operation/live_feed.h"
 
 namespace operation {
 
-/// One thread, that of the stream.
+/// One thread, that of the outlet.
 class LiveChannels {
  public:
-  /// Set-up: adds the channels. The stream must outlive them.
-  LiveChannels(live::FoxgloveStream& stream, bool teleoperated);
+  /// Set-up: adds the channels. The outlet must outlive them.
+  LiveChannels(live::Outlet& outlet, bool teleoperated);
 
   void publish(const LiveSample& sample);
   /// A status in the form of `youbotctl status --json`, for the page, and as diagnostics.
@@ -43,7 +43,7 @@ class LiveChannels {
   template <typename Write>
   void send(std::size_t channel, std::uint64_t time_ns, const Write& write);
 
-  live::FoxgloveStream& stream_;
+  live::Outlet& outlet_;
   live::RobotTransforms transforms_;
   std::vector<std::string> columns_;
   std::size_t record_ = 0, status_ = 0, joint_states_ = 0, joint_commands_ = 0, odometry_ = 0, frames_ = 0,

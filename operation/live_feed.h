@@ -1,15 +1,17 @@
 /// @file
-/// What a page and a stream show of the cycle, on its way to their thread.
+/// What page, stream and ROS 2 topics show of the cycle, on its way to their threads.
 #pragma once
 #include <array>
 #include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <type_traits>
 #include <variant>
+#include <vector>
 
 #include "hal/clock.h"
 #include "hal/robot.h"
@@ -49,16 +51,38 @@ class LiveHistogram {
   std::array<std::atomic<std::uint64_t>, kBuckets> counts_{};
 };
 
-/// From the cycle to one reader, which never delays the cycle: what it does not read in time is lost, and
-/// counted.
+/// From the cycle to its readers, which never delay the cycle: what one does not read in time is lost for it,
+/// and counted.
 class LiveFeed {
  public:
+  /// One thread reads it.
+  class Reader {
+   public:
+    /// False if there is nothing new.
+    bool take(LiveSample& sample) noexcept { return ring_.pop(sample); }
+    std::uint64_t lost() const noexcept { return lost_.load(std::memory_order_relaxed); }
+
+   private:
+    friend class LiveFeed;
+    static constexpr std::size_t kCapacity = 256;  // 2.5 s
+
+    void add(const LiveSample& sample) noexcept {
+      if (!ring_.push(sample))
+        lost_.store(lost_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+    }
+    runtime::SpscRing<LiveSample> ring_{kCapacity};
+    std::atomic<std::uint64_t> lost_{0};
+  };
+
   /// The cycle passes on one record in this time.
   static constexpr std::chrono::milliseconds kPeriod{10};
 
   /// `clock` must outlive it; several threads read it.
   explicit LiveFeed(const hal::Clock& clock)
       : clock_(clock), epoch_(std::chrono::system_clock::now().time_since_epoch() - clock.now()) {}
+
+  /// Set-up, before the first cycle. It lives as long as the feed.
+  Reader& add_reader() { return *readers_.emplace_back(std::make_unique<Reader>()); }
 
   /// Cycle: wait-free.
   template <typename Record>
@@ -68,10 +92,9 @@ class LiveFeed {
     const std::chrono::nanoseconds now = clock_.now();
     if (last_ && now - *last_ < kPeriod) return;
     last_ = now;
-    LiveSample sample{
+    const LiveSample sample{
         .time_ns = static_cast<std::uint64_t>((epoch_ + now).count()), .running = running, .record = record};
-    if (!ring_.push(sample))
-      lost_.store(lost_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+    for (const std::unique_ptr<Reader>& reader : readers_) reader->add(sample);
   }
 
   /// Any thread: time since 1970 by a clock that is set once, at the start.
@@ -79,9 +102,6 @@ class LiveFeed {
     return static_cast<std::uint64_t>((epoch_ + clock_.now()).count());
   }
 
-  /// The reader's thread: false if there is nothing new.
-  bool take(LiveSample& sample) noexcept { return ring_.pop(sample); }
-  std::uint64_t lost() const noexcept { return lost_.load(std::memory_order_relaxed); }
   const LiveHistogram& wake_up() const noexcept { return wake_up_; }
   const LiveHistogram& step() const noexcept { return step_; }
 
@@ -90,7 +110,7 @@ class LiveFeed {
     const std::lock_guard lock(mutex_);
     robot_ = robot;
   }
-  /// The reader's thread: calls `look(robot)` if there is one. It may call what hal::Robot allows
+  /// A reader's thread: calls `look(robot)` if there is one. It may call what hal::Robot allows
   /// concurrently.
   template <typename Look>
   void with_robot(const Look& look) const {
@@ -99,15 +119,12 @@ class LiveFeed {
   }
 
  private:
-  static constexpr std::size_t kCapacity = 256;  // 2.5 s
-
-  runtime::SpscRing<LiveSample> ring_{kCapacity};
   const hal::Clock& clock_;
   std::chrono::nanoseconds epoch_;
   std::optional<std::chrono::nanoseconds> last_;
   LiveHistogram wake_up_;
   LiveHistogram step_;
-  std::atomic<std::uint64_t> lost_{0};
+  std::vector<std::unique_ptr<Reader>> readers_;
   mutable std::mutex mutex_;
   const hal::Robot* robot_ = nullptr;
 };

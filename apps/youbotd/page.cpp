@@ -14,7 +14,6 @@
 
 #include "apps/youbotd/freshness.h"
 #include "apps/youbotd/page_assets.h"
-#include "apps/youbotd/status_json.h"
 #include "control/robot_model.h"
 #include "hal/setup_error.h"
 #include "report/assets.h"
@@ -177,11 +176,13 @@ class Page::CommandSession final : public live::Conversation {
 Page::Page(Options options, operation::LiveFeed& feed, Commands& commands)
     : options_(std::move(options)),
       feed_(feed),
+      reader_(feed.add_reader()),
       commands_(commands),
       token_(make_token()),
       stream_(std::string("youbotd ") + runtime::build_version()),
       channels_(stream_, options_.teleoperated),
       status_(options_.first_status),
+      live_status_(feed_, reader_, options_.commanded),
       server_(std::make_unique<live::WebServer>(options_.where, *this)) {
   server_->start();
 }
@@ -258,6 +259,7 @@ json Page::info() const {
   return {{"version", runtime::build_version()},
           {"teleoperated", options_.teleoperated},
           {"commanded", options_.commanded},
+          {"modes", options_.modes},
           {"joints", std::move(joints)},
           {"columns", channels_.columns()},
           {"workspace",
@@ -278,29 +280,14 @@ std::optional<live::Site::Opening> Page::open(const live::Request& request) {
   return std::nullopt;
 }
 
-void Page::add_cycle_times_and_devices(json& status) const {
-  status["cycle_us"] = {{"bounds", operation::LiveHistogram::kBounds_us},
-                        {"wake_up", feed_.wake_up().counts()},
-                        {"step", feed_.step().counts()}};
-  status["samples_lost"] = feed_.lost();
-  // The service has reported these itself.
-  if (options_.commanded) return;
-  status["phase"] = status.value("ended", false) ? "ended" : phase_;
-  feed_.with_robot([&](const hal::Robot& robot) {
-    status["robot_trouble"] = robot.device_faults();
-    status["devices"] = youbotd::json_of(robot.devices());
-    status["bus"] = youbotd::json_of(robot.losses());
-  });
-}
-
 void Page::tick() {
   if (joints_.empty())
     feed_.with_robot(
         [&](const hal::Robot& robot) { joints_.assign(robot.joints().begin(), robot.joints().end()); });
   operation::LiveSample sample;
-  while (feed_.take(sample)) {
+  while (reader_.take(sample)) {
     channels_.publish(sample);
-    phase_ = std::visit([](const auto& record) { return name(record.phase); }, sample.record);
+    live_status_.hear(sample);
   }
   if (std::chrono::steady_clock::now() - published_ >= kStatusPeriod) send_status();
 }
@@ -310,7 +297,7 @@ void Page::send_status() {
   json status = status_;
   status["fault_frames"] =
       fault_->by_extension.contains(kPcapng) && !fault_->by_extension.at(kPcapng).empty();
-  add_cycle_times_and_devices(status);
+  live_status_.complete(status);
   channels_.publish_status(feed_.now_ns(), status);
 }
 

@@ -16,6 +16,7 @@
 
 #include "apps/youbotd/check_parts.h"
 #include "apps/youbotd/control_server.h"
+#include "apps/youbotd/live_status.h"
 #include "control/workspace.h"
 #include "hal/robot.h"
 #include "live/foxglove.h"
@@ -48,7 +49,8 @@ class Page final : public live::Site {
   struct Options {
     std::string where;  ///< as live::WebServer
     bool teleoperated = false;
-    bool commanded = false;  ///< there is a service: the page has its buttons
+    bool commanded = false;            ///< there is a service: the page has its buttons
+    std::vector<std::string> modes{};  ///< of the service
     control::Workspace workspace{};
     nlohmann::json first_status = nlohmann::json::object();  ///< until the first publish_status()
     Findings checks{};                                       ///< of `youbotd --check`
@@ -78,10 +80,10 @@ class Page final : public live::Site {
   live::Response fault_report(const std::string& extension) const;
   void post_status(nlohmann::json status, std::function<void()> then);
   nlohmann::json info() const;
-  void add_cycle_times_and_devices(nlohmann::json& status) const;
 
   Options options_;
   operation::LiveFeed& feed_;
+  operation::LiveFeed::Reader& reader_;
   Commands& commands_;
   std::string token_;
   live::FoxgloveStream stream_;
@@ -98,7 +100,7 @@ class Page final : public live::Site {
   std::vector<hal::JointInfo> joints_;
   std::chrono::steady_clock::time_point published_{};
   std::uint64_t sessions_ = 0;
-  const char* phase_ = "off";                // of the newest sample
+  LiveStatus live_status_;
   std::unique_ptr<live::WebServer> server_;  // last: its thread uses all of the above
 };
 

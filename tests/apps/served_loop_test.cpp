@@ -274,12 +274,13 @@ TEST_F(ServedLoopTest, WithoutARunAPageShowsWhatTheJointsMeasure) {
   robot.measured.joints[3].torque_Nm = -0.5;
   hal::SteadyClock feed_clock;
   operation::LiveFeed feed{feed_clock};
+  operation::LiveFeed::Reader& reader = feed.add_reader();
   ServedLoop shown(robot, nullptr, nullptr, kSilence, &feed);
   shown.step(1ms);
   shown.record() = {.wake_up = 1us, .step = 7us};
   shown.keep();
   operation::LiveSample sample;
-  ASSERT_TRUE(feed.take(sample));
+  ASSERT_TRUE(reader.take(sample));
   EXPECT_FALSE(sample.running);
   const auto& base = std::get<operation::CycleRecord>(sample.record);
   EXPECT_EQ(base.position_rad, (std::array<double, 4>{0.25, 0, 0, 0}));

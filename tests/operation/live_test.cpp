@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "control/teleoperation.h"
+#include "live/foxglove.h"
 #include "operation/live_channels.h"
 #include "operation/live_feed.h"
 #include "runtime/mcap/cdr.h"
@@ -48,21 +49,40 @@ TEST(LiveHistogram, CountsUpToEachBound) {
 TEST(LiveFeed, PassesOnOneRecordInItsPeriodAndCountsEachCycle) {
   hal::VirtualClock clock;
   LiveFeed feed(clock);
+  LiveFeed::Reader& reader = feed.add_reader();
   for (int i = 0; i < 1000; ++i) {
     clock.sleep_until(i * 1ms);
     feed.add(CycleRecord{.wake_up = 3us, .step = 30us});
   }
   std::size_t passed = 0;
-  for (LiveSample sample; feed.take(sample);) ++passed;
+  for (LiveSample sample; reader.take(sample);) ++passed;
   EXPECT_EQ(passed, 100U) << "of a second";
   EXPECT_EQ(feed.wake_up().counts()[2], 1000U) << "from 2 to 5 us";
   EXPECT_EQ(feed.step().counts()[5], 1000U) << "from 20 to 50 us";
-  EXPECT_EQ(feed.lost(), 0U);
+  EXPECT_EQ(reader.lost(), 0U);
+}
+
+TEST(LiveFeed, ASlowReaderCostsAnotherOneNothing) {
+  hal::VirtualClock clock;
+  LiveFeed feed(clock);
+  LiveFeed::Reader& quick = feed.add_reader();
+  LiveFeed::Reader& slow = feed.add_reader();
+  LiveSample sample;
+  std::size_t quick_ones = 0;
+  for (int i = 0; i < 1000; ++i) {
+    clock.sleep_until(clock.now() + LiveFeed::kPeriod);
+    feed.add(CycleRecord{});
+    while (quick.take(sample)) ++quick_ones;
+  }
+  EXPECT_EQ(quick_ones, 1000U);
+  EXPECT_EQ(quick.lost(), 0U);
+  EXPECT_EQ(slow.lost(), 1000U - 256U);
 }
 
 TEST(LiveFeed, CountsWhatIsNotReadAndNeitherAllocatesNorLocks) {
   hal::VirtualClock clock;
   LiveFeed feed(clock);
+  LiveFeed::Reader& reader = feed.add_reader();
   const auto add = [&](int count) {
     for (int i = 0; i < count; ++i) {
       clock.sleep_until(clock.now() + LiveFeed::kPeriod);
@@ -74,19 +94,20 @@ TEST(LiveFeed, CountsWhatIsNotReadAndNeitherAllocatesNorLocks) {
     add(259);
     EXPECT_EQ(guard.violations(), 0);
   }
-  EXPECT_EQ(feed.lost(), 3U);
+  EXPECT_EQ(reader.lost(), 3U);
   std::size_t kept = 0;
-  for (LiveSample sample; feed.take(sample);) ++kept;
+  for (LiveSample sample; reader.take(sample);) ++kept;
   EXPECT_EQ(kept, 256U) << "a bounded memory";
   add(1);
   LiveSample sample;
-  EXPECT_TRUE(feed.take(sample)) << "there is room again";
-  EXPECT_EQ(feed.lost(), 3U);
+  EXPECT_TRUE(reader.take(sample)) << "there is room again";
+  EXPECT_EQ(reader.lost(), 3U);
 }
 
 TEST(LiveFeed, CarriesTheRecordAsItIs) {
   hal::VirtualClock feed_clock;
   LiveFeed feed{feed_clock};
+  LiveFeed::Reader& reader = feed.add_reader();
   const auto now = [] {
     return std::chrono::duration_cast<std::chrono::nanoseconds>(
                std::chrono::system_clock::now().time_since_epoch())
@@ -94,7 +115,7 @@ TEST(LiveFeed, CarriesTheRecordAsItIs) {
   };
   feed.add(TeleopRecord{.tank_J = 0.25}, /*running=*/false);
   LiveSample sample;
-  ASSERT_TRUE(feed.take(sample));
+  ASSERT_TRUE(reader.take(sample));
   EXPECT_FALSE(sample.running);
   EXPECT_EQ(std::get<TeleopRecord>(sample.record).tank_J, 0.25);
   EXPECT_LT(std::abs(static_cast<std::int64_t>(sample.time_ns) - now()), 3'600'000'000'000)
