@@ -29,9 +29,11 @@ set(rules
   "^live/web_server\\.cpp$" "^(live|runtime|hal|boost|spdlog)/"
   "^live/transforms\\.cpp$" "^(live|urdf_parser)/"
   "^live/"              "^(live|runtime|hal|Eigen|nlohmann)/"
+  "^ros2/"              "^(ros2|live|runtime|hal|dds|spdlog)/"
   "^operation/"         "^(operation|live|report|runtime|sim|control|model|hal|drivers|Eigen|spdlog|toml\\+\\+|nlohmann)/"
   "^analysis/"          "^(analysis|report|runtime|identification|model|hal|Eigen|spdlog|nlohmann)/"
   # No program includes another: @1 is its own folder.
+  "^apps/youbotd/"      "^(apps/youbotd|ros2|operation|live|report|runtime|control|hal|drivers|spdlog|CLI|nlohmann)/"
   "^apps/([a-z_]+)/"    "^(apps/@1|operation|live|analysis|report|runtime|identification|sim|control|model|hal|drivers|Eigen|kdl|spdlog|toml\\+\\+|CLI|nlohmann)/")
 # The examples use the public interface only.
 list(APPEND rules "^examples/"         "^(youbot/|example_robot\\.h$)"
@@ -42,7 +44,7 @@ set(operating_system "^<((sys|linux|net|netinet|netpacket|arpa)/.+|[a-z]+\\.h)$"
 set(not_in_control "^<(iostream|fstream|cstdio|filesystem|ctime|thread|.*mutex|condition_variable|future)$")
 
 file(GLOB_RECURSE files RELATIVE ${ROOT} ${ROOT}/*.h ${ROOT}/*.cpp)
-list(FILTER files INCLUDE REGEX "^(drivers|hal|model|control|sim|identification|runtime|report|live|operation|analysis|apps|examples|include)/")
+list(FILTER files INCLUDE REGEX "^(drivers|hal|model|control|sim|identification|runtime|report|live|ros2|operation|analysis|apps|examples|include)/")
 execute_process(
   COMMAND grep -noHE "^[[:space:]]*#[[:space:]]*include[[:space:]]*[<\"][^>\"]+" ${files}
   WORKING_DIRECTORY ${ROOT} OUTPUT_VARIABLE includes RESULT_VARIABLE result)

@@ -108,8 +108,8 @@ TEST(BoundsPage, NoConstantThatIsNamedLikeABoundIsMissing) {
   const std::regex constant(
       R"(constexpr [^;={\n]*\b(k(?:Most|Max|Longest|Largest|Highest|Fewest)[A-Z_]\w*|k\w*(?:Capacity|Timeout|Patience|Attempts|Frames|Queue|Queued)|kLargest|kHighest)\b *[={])");
   std::map<std::string, fs::path> found;
-  for (const fs::path& path : sources({"drivers", "hal", "model", "control", "runtime", "live", "apps",
-                                       "sim/bus", "sim/can", "sim/devices"})) {
+  for (const fs::path& path : sources({"drivers", "hal", "model", "control", "runtime", "live", "ros2",
+                                       "apps", "sim/bus", "sim/can", "sim/devices"})) {
     const std::string text = text_of(path);
     for (std::sregex_iterator at(text.begin(), text.end(), constant), end; at != end; ++at)
       found.emplace((*at)[1], path);
@@ -122,8 +122,8 @@ TEST(BoundsPage, NoConstantThatIsNamedLikeABoundIsMissing) {
 
 TEST(BoundsPage, NoCheckVanishesInReleaseBuilds) {
   const std::regex assertion(R"((^|[^_\w])assert\()");
-  for (const fs::path& path :
-       sources({"drivers", "hal", "model", "control", "sim", "identification", "runtime", "live", "apps"}))
+  for (const fs::path& path : sources({"drivers", "hal", "model", "control", "sim", "identification",
+                                       "runtime", "live", "ros2", "apps"}))
     EXPECT_FALSE(std::regex_search(text_of(path), assertion)) << path;
 }
 
