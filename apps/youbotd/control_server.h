@@ -18,6 +18,7 @@ struct Peer {
   uid_t uid = 0;
   std::string name;                               ///< "user 1000 (process 4711)"
   bool may_command = false;                       ///< root, the daemon's own user, or a member of its group
+  bool may_steer = false;                         ///< the network's velocities: `steer`, and nothing else
   std::chrono::steady_clock::time_point heard{};  ///< time of its last request
 };
 

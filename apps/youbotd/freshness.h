@@ -1,5 +1,5 @@
 /// @file
-/// Whether a request of a page may have waited in the network.
+/// Whether a request of a page, or a command of ROS 2, may have waited in the network.
 #pragma once
 #include <chrono>
 #include <optional>
@@ -12,6 +12,13 @@ class Freshness {
  public:
   using Time = std::chrono::steady_clock::time_point;
   static constexpr std::chrono::milliseconds kLongSilence{500};
+
+  /// For a peer that is heard for the first time, and may have been silent until now.
+  static Freshness after_silence(Time now) {
+    Freshness freshness;
+    freshness.fresh_from_ = now + kLongSilence;
+    return freshness;
+  }
 
   /// For each message, with the time of its arrival: whether it is fresh.
   bool hear(Time now) {

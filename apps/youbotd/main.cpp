@@ -12,8 +12,8 @@
 #include <stdexcept>
 
 #include "apps/youbotd/check.h"
-#include "apps/youbotd/page_of_run.h"
 #include "apps/youbotd/serve.h"
+#include "apps/youbotd/shown_run.h"
 #include "operation/config.h"
 #include "operation/report.h"
 #include "operation/session.h"
@@ -39,7 +39,9 @@ struct Arguments {
   std::optional<std::string> record_csv;
   std::string control_socket;
   std::optional<std::string> page;
-  youbotd::PageOfRun* shown = nullptr;  // the page of this run
+  std::optional<std::uint32_t> ros2;  // the domain
+  bool ros2_commands = false;
+  youbotd::ShownRun* shown = nullptr;  // this run
   bool demo = false;
   bool quiet = false;
   bool check = false;
@@ -177,10 +179,12 @@ int serve(const Arguments& arguments) {
                               .configuration =
                                   [&arguments](const std::map<std::string, std::string>& settings) {
                                     return configuration(arguments, settings);
-                                  }},
+                                  },
+                              .ros2_commands = arguments.ros2_commands},
                   .control_socket = arguments.control_socket,
                   .allow_non_real_time = arguments.session.allow_non_real_time,
-                  .page = arguments.page},
+                  .page = arguments.page,
+                  .ros2 = arguments.ros2},
                  runtime::stop_requested);
   return runtime::kExitOk;
 }
@@ -227,8 +231,8 @@ int run(Arguments arguments) {
     arguments.session.duration = std::chrono::nanoseconds(std::llround(*arguments.duration_s * 1e9));
   choose_recording(arguments);
   if (arguments.check) return run_check(arguments, config);
-  if (arguments.page && arguments.session.virtual_time)
-    throw std::invalid_argument("--page shows real time: not with --virtual-time");
+  if ((arguments.page || arguments.ros2) && arguments.session.virtual_time)
+    throw std::invalid_argument("--page and --ros2 show real time: not with --virtual-time");
   if (is_all_simulated(config)) arguments.session.allow_non_real_time = true;
   runtime::stop_on_signals();
   if (!arguments.quiet)
@@ -241,12 +245,12 @@ int run(Arguments arguments) {
   if (!config.teleoperated && config.path.displacements_B.empty())
     spdlog::warn("{}: no [[path.leg]], so the base stays where it is",
                  arguments.session.config_file.string());
-  std::optional<youbotd::PageOfRun> page;
-  if (arguments.page) {
-    page.emplace(*arguments.page, config, check(arguments, config), runtime::stop_requested);
-    arguments.session.live = &page->feed();
-    arguments.shown = &*page;
-    youbotd::announce(page->page());
+  std::optional<youbotd::ShownRun> shown;
+  if (arguments.page || arguments.ros2) {
+    shown.emplace(youbotd::ShownRun::Options{.page = arguments.page, .domain = arguments.ros2}, config,
+                  check(arguments, config), runtime::stop_requested);
+    arguments.session.live = &shown->feed();
+    arguments.shown = &*shown;
   }
   if (config.teleoperated) return run_teleoperation(arguments, config);
   return arguments.demo ? run_demo(arguments, config) : run_once(arguments, config);
@@ -294,6 +298,19 @@ int main(int argc, char** argv) {
              "); everyone who can open it sees everything and can stop the robot")
       ->expected(0, 1)
       ->default_str(std::string(live::kDefaultAddress));
+  CLI::Option* const ros2 =
+      app.add_option(
+             "--ros2", arguments.ros2,
+             "publish the robot's state to this DDS domain (default: 0) as the node /youbotd of ROS 2; "
+             "everyone on the network can read it")
+          ->expected(0, 1)
+          ->check(CLI::Range(0U, ros2::kMaxDomain))
+          ->default_str("0");
+  app.add_flag("--ros2-commands", arguments.ros2_commands,
+               "with --control, without a haptic device: offer the mode ros2, in which everyone on the "
+               "network can steer the base by /cmd_vel while a client of the socket keeps it enabled")
+      ->needs(ros2)
+      ->needs("--control");
   app.add_flag("--virtual-time", arguments.session.virtual_time,
                "run as fast as the machine allows; only if robot and haptic device are simulated, or with "
                "youbot-sim --lock-step on a bus");

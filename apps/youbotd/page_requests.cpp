@@ -16,7 +16,8 @@ namespace youbotd {
 namespace {
 
 bool can_move(std::string_view request) {
-  return request == "enable" || request == "acknowledge" || request.starts_with("set ");
+  return request == "enable" || request == "acknowledge" || request.starts_with("set ") ||
+         request.starts_with("steer ");
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 /// @file
-/// Requests of the page, on their way from the page's thread to the service's.
+/// Requests of pages and of ROS 2, on their way from their threads to the service's.
 #pragma once
 #include <cstddef>
 #include <deque>
@@ -13,7 +13,7 @@
 namespace youbotd {
 
 inline constexpr std::size_t kMaxPageRequests = 64;       ///< of all pages, which wait
-inline constexpr std::ptrdiff_t kMaxRequestsOfAPage = 8;  ///< of one page
+inline constexpr std::ptrdiff_t kMaxRequestsOfAPage = 8;  ///< of one page, or of ROS 2
 
 /// Also a file descriptor that wakes the service's thread, for ControlServer::serve().
 class PageRequests final : public Page::Commands {
@@ -22,7 +22,7 @@ class PageRequests final : public Page::Commands {
   PageRequests();
   ~PageRequests() override;
 
-  // The page's thread.
+  // Any thread.
   void ask(const Peer& peer, const std::string& request, Page::Reply reply) override;
   void stop(const std::string& who) override;
   void gone(const Peer& peer) override;

@@ -3,12 +3,14 @@
 #include <future>
 #include <optional>
 #include <span>
+#include <stdexcept>
 #include <thread>
 #include <vector>
 
 #include "apps/youbotd/check.h"
 #include "apps/youbotd/page.h"
 #include "apps/youbotd/page_requests.h"
+#include "apps/youbotd/ros2_topics.h"
 #include "operation/teleop_run.h"
 #include "runtime/log.h"
 #include "runtime/loop.h"
@@ -20,26 +22,47 @@
 namespace youbotd {
 namespace {
 
-/// The page of a service.
-struct ServedPage {
-  ServedPage(const std::string& where, const ServeOptions& options, const operation::Config& config,
-             std::span<const hal::JointInfo> joints, const hal::Clock& clock)
-      : feed(clock),
-        page({.where = where,
-              .teleoperated = config.teleoperated,
-              .commanded = true,
-              .workspace = config.teleoperated ? config.teleoperation.workspace : config.cycle.workspace,
-              .checks = check(config, {.record_directory = options.service.record_directory,
-                                       .record_format = options.service.record_format,
-                                       .allow_non_real_time = options.allow_non_real_time})},
-             feed, requests) {
-    page.set_joints(joints);
-    announce(page);
-    spdlog::info("page with commands: {}", page.command_url());
+/// Page and ROS 2 topics of a service.
+struct Shown {
+  Shown(const ServeOptions& options, const operation::Config& config, std::span<const hal::JointInfo> joints,
+        const hal::Clock& clock)
+      : feed(clock) {
+    if (options.page) show_page(options, config, joints);
+    if (options.ros2) join(*options.ros2, options.service.ros2_commands, config);
   }
+  void show_page(const ServeOptions& options, const operation::Config& config,
+                 std::span<const hal::JointInfo> joints) {
+    page.emplace(Page::Options{.where = *options.page,
+                               .teleoperated = config.teleoperated,
+                               .commanded = true,
+                               .modes = modes_of(config.teleoperated, options.service.ros2_commands),
+                               .workspace = config.teleoperated ? config.teleoperation.workspace
+                                                                : config.cycle.workspace,
+                               .checks = check(config, {.record_directory = options.service.record_directory,
+                                                        .record_format = options.service.record_format,
+                                                        .allow_non_real_time = options.allow_non_real_time})},
+                 feed, requests);
+    page->set_joints(joints);
+    announce(*page);
+    spdlog::info("page with commands: {}", page->command_url());
+  }
+  void join(std::uint32_t domain, bool commands, const operation::Config& config) {
+    topics.emplace(Ros2Topics::Options{.domain = domain,
+                                       .teleoperated = config.teleoperated,
+                                       .commanded = true,
+                                       .silence = config.commander_timeout},
+                   feed, commands ? &requests : nullptr);
+    announce_ros2(domain, commands);
+  }
+  void publish(const nlohmann::json& status) {
+    if (page) page->publish_status(status);
+    if (topics) topics->publish_status(status);
+  }
+
   operation::LiveFeed feed;
   PageRequests requests;
-  Page page;
+  std::optional<Page> page;
+  std::optional<Ros2Topics> topics;
 };
 
 }  // namespace
@@ -52,11 +75,14 @@ void serve(const ServeOptions& options, const std::atomic<bool>& stop) {
   runtime::OpenedRobot robot = runtime::open_robot(config.robot, clock, config.cycle.period);
   runtime::OpenedHaptic master;
   if (config.teleoperated) master = operation::open_master(config, clock);
-  std::optional<ServedPage> page;
   ServiceOptions service_options = options.service;
-  if (options.page) {
-    page.emplace(*options.page, options, config, robot.robot->joints(), clock);
-    service_options.live = &page->feed;
+  if (options.service.ros2_commands && config.teleoperated)
+    throw std::invalid_argument(
+        "--ros2-commands steers a base without a haptic device: not with [teleoperation] or --haptic");
+  std::optional<Shown> shown;
+  if (options.page || options.ros2) {
+    shown.emplace(options, config, robot.robot->joints(), clock);
+    service_options.live = &shown->feed;
   }
   Service service(service_options, config, robot, master, clock);
   ControlServer server(options.control_socket, service);
@@ -97,10 +123,10 @@ void serve(const ServeOptions& options, const std::atomic<bool>& stop) {
                options.control_socket.string());
   service.manager().ready("drives off, waiting for commands");
   while (!over.load(std::memory_order_acquire)) {
-    server.serve(kBeat, page ? page->requests.wake_descriptor() : -1);
-    if (page) page->requests.deliver(service);
+    server.serve(kBeat, shown ? shown->requests.wake_descriptor() : -1);
+    if (shown) shown->requests.deliver(service);
     service.beat();
-    if (page) page->page.publish_status(service.status());
+    if (shown) shown->publish(service.status());
     spdlog::default_logger()->flush();  // the return of a log reader is not noticed otherwise
   }
   service.manager().stopping();

@@ -2,6 +2,7 @@
 /// A Service on this machine: devices, control socket, log, and the real-time thread of its loop.
 #pragma once
 #include <atomic>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -14,7 +15,8 @@ struct ServeOptions {
   ServiceOptions service;
   std::filesystem::path control_socket;
   bool allow_non_real_time = false;
-  std::optional<std::string> page{};  ///< where it is served, as live::WebServer
+  std::optional<std::string> page{};    ///< where it is served, as live::WebServer
+  std::optional<std::uint32_t> ros2{};  ///< the domain
 };
 
 /// Runs until `stop` becomes true, then brings the robot to rest. Blocks. Nothing waits for the log: if its

@@ -42,6 +42,9 @@ struct Refusal : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+constexpr const char* kVelocityMode = "velocity";
+constexpr const char* kRos2Mode = "ros2";
+
 constexpr const char* kUnheard =
     "the loop: no orders for 'loop.commander_timeout_s', because this program, or a part of it, did not run; "
     "braked and switched off: end other programs that keep it from running";
@@ -57,7 +60,23 @@ bool same_geometry(const control::BaseGeometry& a, const control::BaseGeometry& 
   return a.wheel_radius_m == b.wheel_radius_m && a.wheelbase_m == b.wheelbase_m && a.track_m == b.track_m;
 }
 
+/// Three finite numbers, and nothing else.
+control::PlanarVector velocity_of(std::istringstream& words) {
+  control::PlanarVector twist_B;
+  if (!(words >> twist_B[0] >> twist_B[1] >> twist_B[2]) || !twist_B.allFinite() ||
+      (words >> std::ws && !words.eof()))
+    throw Refusal("a velocity is three numbers: m/s ahead, m/s to the left, rad/s counter-clockwise");
+  return twist_B;
+}
+
 }  // namespace
+
+std::vector<std::string> modes_of(bool teleoperated, bool ros2_commands) {
+  if (teleoperated) return {"teleoperation"};
+  std::vector<std::string> modes{"path", kVelocityMode, "hold"};
+  if (ros2_commands) modes.emplace_back(kRos2Mode);
+  return modes;
+}
 
 Service::Service(const ServiceOptions& options, const operation::Config& config, runtime::OpenedRobot& robot,
                  runtime::OpenedHaptic& master, hal::Clock& clock)
@@ -67,7 +86,7 @@ Service::Service(const ServiceOptions& options, const operation::Config& config,
       master_(master),
       clock_(clock),
       loop_(*robot.robot, master.device.get(), robot.capture.get(), config.commander_timeout, options.live),
-      mode_(config.teleoperated ? "teleoperation" : "path") {}
+      mode_(modes_of(config.teleoperated, options.ros2_commands).front()) {}
 
 void Service::require_usable_configuration() {
   (void)make_run(config_, {.config_file = options_.config_file}, nullptr);
@@ -100,6 +119,7 @@ void Service::beat() {
   if (run_ && loop_report_.ended == orders_.number) end_run();
   if (commander_ && clock_.now() - commander_heard_ > config_.commander_timeout)
     bring_to_rest(commander_->name + " is silent");
+  watch_steering();
   give_orders();
   report_alive();
 }
@@ -182,6 +202,7 @@ void Service::end_run() {
   if (summary.cycles_lost > 0) spdlog::warn("recording: {} cycles lost", summary.cycles_lost);
   manager_.status(fault_.empty() ? "drives off, waiting for commands" : "stopped by a fault at " + fault_);
   velocity_ = nullptr;
+  steered_.reset();
   commander_.reset();
   orders_.run = nullptr;
   run_.reset();
@@ -228,6 +249,7 @@ void Service::obey(const Peer& peer, const std::string& request) {
   if (command == "status" || command == "alive") return;
   // Every client may stop the robot.
   if (command == "stop") return bring_to_rest("requested by " + peer.name);
+  if (command == "steer" && peer.may_steer) return steer(words);
   if (!peer.may_command)
     throw Refusal(peer.name + " may look and stop; commands are for root, the user of youbotd and its group");
   if (command == "disable") return disable(peer);
@@ -379,7 +401,7 @@ std::unique_ptr<operation::Run> Service::make_run(const operation::Config& confi
   from_here.cycle.start = from_here.path.start = X_WB_;
   const Eigen::AlignedBox2d& base_W_m = config.cycle.workspace.base_W_m;
   std::unique_ptr<operation::MotionSource> motion;
-  if (mode_ == "velocity") {
+  if (mode_ == kVelocityMode || mode_ == kRos2Mode) {
     // Below the following error, which would stop a base that is only held back.
     const operation::VelocitySource::Leash leash{.m = kLeashShare * config.cycle.following_error_m,
                                                  .rad = kLeashShare * config.cycle.following_error_rad};
@@ -409,9 +431,7 @@ std::unique_ptr<operation::Run> Service::make_run(const operation::Config& confi
 }
 
 void Service::choose_mode(const std::string& mode) {
-  const std::vector<std::string> modes = config_.teleoperated
-                                             ? std::vector<std::string>{"teleoperation"}
-                                             : std::vector<std::string>{"path", "velocity", "hold"};
+  const std::vector<std::string> modes = modes_of(config_.teleoperated, options_.ros2_commands);
   if (std::find(modes.begin(), modes.end(), mode) == modes.end()) {
     std::string names;
     for (const std::string& name : modes) names += (names.empty() ? "" : ", ") + name;
@@ -452,13 +472,26 @@ void Service::unset(const Peer& peer, const std::string& key) {
 }
 
 void Service::set_velocity(std::istringstream& words) {
-  control::PlanarVector twist_B;
-  if (!(words >> twist_B[0] >> twist_B[1] >> twist_B[2]) || !twist_B.allFinite() ||
-      (words >> std::ws && !words.eof()))
-    throw Refusal("a velocity is three numbers: m/s ahead, m/s to the left, rad/s counter-clockwise");
-  if (!run_ || velocity_ == nullptr)
+  const control::PlanarVector twist_B = velocity_of(words);
+  if (!run_ || velocity_ == nullptr || mode_ != kVelocityMode)
     throw Refusal("it is not enabled in the mode velocity: choose that mode, then enable");
   velocity_->tell(twist_B);
+}
+
+void Service::steer(std::istringstream& words) {
+  require_fresh("steer");
+  const control::PlanarVector twist_B = velocity_of(words);
+  if (!run_ || velocity_ == nullptr || mode_ != kRos2Mode)
+    throw Refusal("it is not enabled in the mode ros2: a client chooses that mode and enables");
+  velocity_->tell(twist_B);
+  steered_ = clock_.now();
+}
+
+void Service::watch_steering() {
+  if (!run_ || !steered_ || clock_.now() - *steered_ <= config_.commander_timeout) return;
+  velocity_->tell(control::PlanarVector::Zero());
+  steered_.reset();
+  spdlog::warn("/cmd_vel of ROS 2 is silent: the base comes to rest, and stays enabled");
 }
 
 }  // namespace youbotd

@@ -39,8 +39,12 @@ struct ServiceOptions {
   runtime::RecordingFormat record_format{};
   /// The configuration with these settings applied, as made by `youbotctl set`.
   std::function<operation::Config(const std::map<std::string, std::string>& settings)> configuration;
-  operation::LiveFeed* live = nullptr;  ///< of the page; null: none
+  operation::LiveFeed* live = nullptr;  ///< of page and topics; null: none
+  bool ros2_commands = false;           ///< offer the mode ros2
 };
+
+/// What `mode` chooses from; the first one is the default.
+std::vector<std::string> modes_of(bool teleoperated, bool ros2_commands);
 
 /// Answers requests and gives a ServedLoop its orders. It uses no socket, thread or machine clock: serve()
 /// provides those, and tests run it in virtual time.
@@ -50,6 +54,8 @@ struct ServiceOptions {
 /// - W and its workspace limits stay where the base was at the start, however often it is enabled; with a
 ///   haptic device they are reset at each enable, like the hand's frame.
 /// - Orders that waited while this thread was delayed start nothing: the client may no longer expect motion.
+/// - In the mode ros2, velocities come as `steer` from the network, and the client that enables only permits
+///   them. The base comes to rest, and stays enabled, when none comes for loop.commander_timeout_s.
 /// - A fault ends the run, not the service. It is latched: `enable` is refused until `acknowledge`.
 /// Requests, all answered with the status: status, alive, acknowledge, enable, stop, disable, mode NAME, set
 /// KEY VALUE, unset KEY, set velocity X Y YAW.
@@ -101,6 +107,9 @@ class Service final : public ControlServer::Listener {
   void set(const Peer& peer, const std::string& key, const std::string& value);
   void unset(const Peer& peer, const std::string& key);
   void set_velocity(std::istringstream& words);
+  void steer(std::istringstream& words);
+  /// In the mode ros2.
+  void watch_steering();
 
   // Status, service_status.cpp.
   bool faulted() const noexcept { return !fault_.empty() && !fault_acknowledged_; }
@@ -144,9 +153,10 @@ class Service final : public ControlServer::Listener {
   std::chrono::nanoseconds fresh_from_{};             // requests received earlier may have waited that long
   Orders orders_;
   LoopReport loop_report_;
-  std::unique_ptr<operation::Run> run_;            // the one under way
-  operation::VelocitySource* velocity_ = nullptr;  // of that run, in mode velocity
-  std::optional<Peer> commander_;                  // while it is
+  std::unique_ptr<operation::Run> run_;              // the one under way
+  operation::VelocitySource* velocity_ = nullptr;    // of that run, in the modes velocity and ros2
+  std::optional<std::chrono::nanoseconds> steered_;  // the last time, in mode ros2; empty: at rest
+  std::optional<Peer> commander_;                    // while it is
   std::chrono::nanoseconds commander_heard_{};
   std::string fault_;                // that ended the last run
   bool fault_acknowledged_ = false;  // by an order of its own

@@ -121,6 +121,26 @@ TEST(YoubotdCommand, WrongUseAndWrongConfigurationExitWithTwo) {
   EXPECT_NE(missing.output.find("/nonexistent/file.toml"), std::string::npos);
 }
 
+/// Ports 7400 + 250 · domain (DDSI-RTPS 9.6.1.1) end at 65535.
+TEST(YoubotdCommand, ADomainOfRos2HasAPort) {
+  for (const char* wrong : {"233", "-1", "1.5", "x"}) {
+    const Result refused = run({"--config", kDemo, "--ros2", wrong});
+    EXPECT_EQ(refused.exit_code, 2) << wrong;
+    EXPECT_TRUE(refused.said("--ros2")) << refused.output;
+  }
+}
+
+TEST(YoubotdCommand, CommandsOfRos2NeedAServiceThatIsOpenToThem) {
+  for (const std::vector<std::string>& options : {std::vector<std::string>{"--ros2-commands"},
+                                                  {"--ros2", "0", "--ros2-commands"},
+                                                  {"--ros2-commands", "--control", "/tmp/no-socket"}}) {
+    std::vector<std::string> words{"--config", kDemo};
+    words.insert(words.end(), options.begin(), options.end());
+    EXPECT_EQ(run(words).exit_code, 2);
+  }
+  EXPECT_EQ(run({"--config", kDemo, "--ros2", "0", "--virtual-time"}).exit_code, 2);
+}
+
 TEST(YoubotdCommand, AFaultExitsWithFourAndSaysWhyEvenWhenQuiet) {
   const support::TemporaryDirectory directory;
   const fs::path config = directory.write(

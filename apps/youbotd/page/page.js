@@ -332,8 +332,7 @@ function start_commands() {
   const token = take_token();
   if (!info.commanded || !token) return;
   const commander = new Commander(token);
-  const modes = info.teleoperated ? ['teleoperation'] : ['path', 'velocity', 'hold'];
-  at('mode').replaceChildren(...modes.map(mode => element('option', mode)));
+  at('mode').replaceChildren(...info.modes.map(mode => element('option', mode)));
   at('mode').onchange = () => commander.ask(`mode ${at('mode').value}`);
   at('enable').onclick = () => {
     commander.drive = null;

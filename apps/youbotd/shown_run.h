@@ -1,10 +1,13 @@
 /// @file
-/// The page of a run that the command line started.
+/// Page and ROS 2 topics of a run that the command line started.
 #pragma once
 #include <atomic>
+#include <cstdint>
+#include <optional>
 #include <string>
 
 #include "apps/youbotd/page.h"
+#include "apps/youbotd/ros2_topics.h"
 #include "hal/clock.h"
 #include "operation/config.h"
 #include "operation/live_feed.h"
@@ -12,15 +15,18 @@
 
 namespace youbotd {
 
-/// It shows the run and can stop it, and nothing else.
-class PageOfRun final : private Page::Commands {
+/// The page shows the run and can stop it, and nothing else; the topics show it.
+class ShownRun final : private Page::Commands {
  public:
-  /// A stop sets `stop`, which must outlive it. @throws as live::WebServer.
-  PageOfRun(const std::string& where, const operation::Config& config, Findings checks,
-            std::atomic<bool>& stop);
+  struct Options {
+    std::optional<std::string> page;        ///< where it is served, as live::WebServer
+    std::optional<std::uint32_t> domain{};  ///< of ROS 2
+  };
+
+  /// A stop sets `stop`, which must outlive it. @throws as live::WebServer and ros2::Node.
+  ShownRun(const Options& options, const operation::Config& config, Findings checks, std::atomic<bool>& stop);
 
   operation::LiveFeed& feed() noexcept { return feed_; }
-  const Page& page() const noexcept { return page_; }
   /// Shows how the run ended; waits until that is sent.
   void finish(const operation::RunSummary& summary);
 
@@ -33,7 +39,9 @@ class PageOfRun final : private Page::Commands {
   const nlohmann::json status_;  // at the start
   hal::SteadyClock clock_;
   operation::LiveFeed feed_{clock_};
-  Page page_;  // last: its thread uses the above
+  // Last: their threads use the above.
+  std::optional<Page> page_;
+  std::optional<Ros2Topics> topics_;
 };
 
 }  // namespace youbotd
