@@ -3,6 +3,7 @@
 // - `./dev ...` is left out: it started this test; so are installations with sudo;
 // - /tmp is a directory of the test;
 // - youbotd also gets --allow-non-rt, because not every test machine may run in real time;
+// - DDS finds the loopback interface only;
 // - the robot's cable is between two network namespaces, with youbot-sim at its other end, and IFACE is its
 //   near end; the command that makes such a cable runs in a separate namespace;
 // - there is no haptic device, so commands with one must fail with a message, and usb-probe may find none;
@@ -68,6 +69,10 @@ class Readme : public testing::TestWithParam<std::string> {
     command.resize(command.rfind('&'));
     replace_all(command, "build/bin/", (checkout_ / "build/bin/").string());
     replace_all(command, " apps/", " " + (checkout_ / "apps/").string());
+    if (contains(command, "--ros2")) {
+      const std::string up = "ip -n " + namespaces_.sim_namespace() + " link set lo up";
+      ASSERT_EQ(support::run_command(up).exit_code, kDone) << up;
+    }
     const bool robot = contains(command, "youbot-sim");
     const std::string here = "env TMPDIR=" + (checkout_ / "tmp").string() + " ";
     simulator_.emplace(namespaces_, here + command + " 2>&1", robot ? "serving" : "waiting for commands");
