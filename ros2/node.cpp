@@ -23,7 +23,7 @@ constexpr const char* kGraphHash = "RIHS01_91a0593bacdcc50ea9bdcf849a938b128412c
 /// the program, so they are small.
 std::string configuration() {
   std::string threads;
-  for (const char* name : {"recv", "recvMC", "recvUC", "tev", "gc", "lease", "dq.builtins", "dq.user"})
+  for (const char* name : {"recv", "tev", "gc", "lease", "dq.builtins", "dq.user"})
     threads += fmt::format("<Thread name=\"{}\"><StackSize>512 kB</StackSize></Thread>", name);
   std::string text = fmt::format(
       "<CycloneDDS><Domain id=\"any\"><Internal><MaxSampleSize>{} B</MaxSampleSize></Internal>"

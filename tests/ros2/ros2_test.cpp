@@ -76,7 +76,7 @@ struct Ros2 : testing::Test {
                                    support::program("youbotd"),
                                    "--config",
                                    folder.write("base.toml",
-                                                "[loop]\nperiod_s = 0.01\ncommand_timeout_s = 5\n"
+                                                "[loop]\nperiod_s = 0.01\ncommand_timeout_s = 2\n"
                                                 "commander_timeout_s = 2\n[compensation]\n"
                                                 "filter_cutoff_rad_per_s = 50\n[path]\nspeed_m_per_s = 0.2\n"
                                                 "acceleration_m_per_s2 = 0.5\n"),
