@@ -65,7 +65,9 @@ void Drive::step(double load_Nm, double step_s) noexcept {
 }
 
 void Drive::sense(double interval_s) noexcept {
-  sensors_.update(parts_.motor_position_rad(), effects_.report_Nm(motor_torque_Nm_), interval_s);
+  const double position_rad = parts_.motor_position_rad();
+  sensors_.update(position_rad + effects_.encoder_error(position_rad).value_rad,
+                  effects_.report_Nm(motor_torque_Nm_), interval_s);
 }
 
 hal::JointSample Drive::measured() const noexcept {

@@ -16,10 +16,18 @@ class ModelDrive {
 
   void step(double command_Nm) noexcept;
 
-  double position_rad() const noexcept { return parts_.motor_position_rad(); }  ///< the encoder's position
-  double velocity_rad_per_s() const noexcept { return parts_.motor_velocity_rad_per_s(); }
+  /// As the encoder reports them.
+  double position_rad() const noexcept {
+    const double position_rad = parts_.motor_position_rad();
+    return position_rad + effects_.encoder_error(position_rad).value_rad;
+  }
+  double velocity_rad_per_s() const noexcept {
+    return (1 + effects_.encoder_error(parts_.motor_position_rad()).slope) *
+           parts_.motor_velocity_rad_per_s();
+  }
   double delivered_Nm() const noexcept { return delivered_Nm_; }
   double reported_Nm() const noexcept { return effects_.report_Nm(delivered_Nm_); }
+  /// Of the motor itself, behind the encoder.
   void set_position(double position_rad) noexcept { parts_.set_position(position_rad); }
   void set_velocity(double velocity_rad_per_s) noexcept { parts_.set_velocity(velocity_rad_per_s); }
   void set_load(double position_rad, double velocity_rad_per_s) noexcept {

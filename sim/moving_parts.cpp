@@ -36,11 +36,11 @@ MovingParts::Mass MovingParts::mass(double inertia_share, double friction_share)
   return {inertia_share * mechanics_.inertia_kg_m2, friction_share, contact(mechanics_, friction_share)};
 }
 
-double MovingParts::move(Mass& mass, double torque_Nm, double carried_Nm, double step_s) noexcept {
+double MovingParts::move(Mass& mass, double torque_Nm, const Effort& effort, double step_s) noexcept {
   const double speed = std::abs(mass.velocity_rad_per_s);
   const double friction = mass.contact.step(
       mass.velocity_rad_per_s,
-      [&](double direction) { return mass.friction_share * level_Nm(speed, direction, carried_Nm); }, step_s);
+      [&](double direction) { return mass.friction_share * level_Nm(speed, direction, effort); }, step_s);
   mass.velocity_rad_per_s += step_s / mass.inertia_kg_m2 * (torque_Nm - friction);
   mass.position_rad += step_s * mass.velocity_rad_per_s;
   return friction;
@@ -62,16 +62,16 @@ double MovingParts::shaft_torque_Nm(double step_s) const noexcept {
 void MovingParts::step(double motor_torque_Nm, double load_Nm, double step_s) noexcept {
   const double carried_Nm = effects_.empty() ? load_Nm : effects_.load_Nm(position_rad()) + load_Nm;
   const double motor_load_Nm = effects_.empty() ? 0 : effects_.motor_load_Nm(motor_.position_rad);
+  const double gain = effects_.empty() ? 1 : effects_.motor_gain(motor_.position_rad);
+  const Effort effort{gain * motor_torque_Nm - motor_load_Nm, carried_Nm};
   running_s_ += step_s;
   if (!mechanics_.two_masses()) {
-    friction_torque_Nm_ =
-        move(motor_, motor_torque_Nm - motor_load_Nm - carried_Nm, std::abs(carried_Nm), step_s);
+    friction_torque_Nm_ = move(motor_, effort.motor_Nm - carried_Nm, effort, step_s);
     return;
   }
   const double shaft_Nm = shaft_torque_Nm(step_s);
-  friction_torque_Nm_ =
-      move(motor_, motor_torque_Nm - motor_load_Nm - shaft_Nm, std::abs(carried_Nm), step_s) +
-      move(load_, shaft_Nm - carried_Nm, std::abs(carried_Nm), step_s);
+  friction_torque_Nm_ = move(motor_, effort.motor_Nm - shaft_Nm, effort, step_s) +
+                        move(load_, shaft_Nm - carried_Nm, effort, step_s);
 }
 
 void MovingParts::set_velocity(double velocity_rad_per_s) noexcept {

@@ -21,8 +21,8 @@ class MovingParts {
   MovingParts(const model::effects::Mechanics& mechanics, std::optional<model::friction::SlidingTable> curve,
               const model::effects::EffectChain& effects);
 
-  /// One step under a torque on the motor, against `load_Nm` on the load, positive if it brakes positive
-  /// motion.
+  /// One step under the torque that the motor's current means, against `load_Nm` on the load, positive if it
+  /// brakes positive motion.
   void step(double motor_torque_Nm, double load_Nm, double step_s) noexcept;
 
   double motor_position_rad() const noexcept { return motor_.position_rad; }
@@ -32,7 +32,7 @@ class MovingParts {
   double velocity_rad_per_s() const noexcept { return load().velocity_rad_per_s; }
   double friction_torque_Nm() const noexcept { return friction_torque_Nm_; }  ///< total, last step
   double inertia_kg_m2() const noexcept { return mechanics_.inertia_kg_m2; }  ///< total
-  double breakaway_Nm(double direction) const noexcept { return level_Nm(0, direction, 0); }
+  double breakaway_Nm(double direction) const noexcept { return level_Nm(0, direction, {}); }
   void set_velocity(double velocity_rad_per_s) noexcept;
   void set_position(double position_rad) noexcept;
   /// Of the load only, if there is one.
@@ -55,16 +55,26 @@ class MovingParts {
     double position_rad = 0;
     double velocity_rad_per_s = 0;
   };
+  /// Torques in the direction of positive motion of the motor, and of the load against it.
+  struct Effort {
+    double motor_Nm = 0;
+    double load_Nm = 0;
+  };
   Mass mass(double inertia_share, double friction_share) const;
   const Mass& load() const noexcept { return mechanics_.two_masses() ? load_ : motor_; }
   /// Inline: most of a step depends on it.
-  double level_Nm(double speed_rad_per_s, double direction, double carried_Nm) const noexcept {
+  double level_Nm(double speed_rad_per_s, double direction, const Effort& effort) const noexcept {
     const double curve_Nm = curve_ ? curve_->level_Nm(std::copysign(speed_rad_per_s, direction)) : 0;
     if (effects_.empty()) return curve_Nm;
-    return curve_Nm + effects_.level_Nm(speed_rad_per_s, direction, running_s_, carried_Nm);
+    return curve_Nm + effects_.level_under_Nm({.speed_rad_per_s = speed_rad_per_s,
+                                               .direction = direction,
+                                               .running_s = running_s_,
+                                               .position_rad = motor_.position_rad,
+                                               .load_Nm = effort.load_Nm},
+                                              effort.motor_Nm);
   }
   /// Friction on that mass over the step; updates its velocity and position.
-  double move(Mass& mass, double torque_Nm, double carried_Nm, double step_s) noexcept;
+  double move(Mass& mass, double torque_Nm, const Effort& effort, double step_s) noexcept;
   double shaft_torque_Nm(double step_s) const noexcept;
 
   model::effects::Mechanics mechanics_;

@@ -29,8 +29,7 @@ int substeps_for(const model::effects::DriveModel& model, double period_s) {
 
 model::effects::DriveModel without_actuator(model::effects::DriveModel model) {
   std::erase_if(model.effects, [](const model::effects::AnyEffect& effect) {
-    return std::holds_alternative<model::effects::TorqueDeadband>(effect) ||
-           std::holds_alternative<model::effects::TransportDelay>(effect);
+    return std::visit([]<class E>(const E&) { return model::effects::ActsOnActuator<E>; }, effect);
   });
   return model;
 }
@@ -69,11 +68,15 @@ FreeSimulation::FreeSimulation(const model::effects::DriveModel& model, const Si
 std::vector<double> FreeSimulation::velocity(const Window& window) const {
   const Signals& s = signals_;
   sim::ModelDrive drive(model_, s.period_s, substeps_for(model_, s.period_s));
-  drive.set_position(s.position_rad[window.first]);
-  drive.set_velocity(s.velocity_rad_per_s[window.first]);
+  const model::effects::EffectChain::Motion start =
+      model::effects::EffectChain(model_.effects)
+          .motion_behind({.position_rad = s.position_rad[window.first],
+                          .velocity_rad_per_s = s.velocity_rad_per_s[window.first]});
+  drive.set_position(start.position_rad);
+  drive.set_velocity(start.velocity_rad_per_s);
   if (load_)
-    drive.set_load(s.position_rad[window.first] - load_->twist_rad[window.first],
-                   s.velocity_rad_per_s[window.first] - load_->twist_rate_rad_per_s[window.first]);
+    drive.set_load(start.position_rad - load_->twist_rad[window.first],
+                   start.velocity_rad_per_s - load_->twist_rate_rad_per_s[window.first]);
   if (!deflection_rad_.empty()) drive.set_deflection(deflection_rad_[window.first]);
   drive.set_running(s.running_s[window.first]);
   std::vector<double> velocity;

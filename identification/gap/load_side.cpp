@@ -51,11 +51,10 @@ MotorStretch stretch_before(const Signals& s, std::size_t i) {
           s.period_s};
 }
 
-Levels levels_at(const model::effects::EffectChain& chain, const Signals& s, std::size_t i, double load_Nm) {
-  const double speed = std::abs(s.velocity_rad_per_s[i]);
-  const double carried = std::abs(load_Nm);
-  return {chain.level_Nm(speed, +1, s.running_s[i], carried),
-          chain.level_Nm(speed, -1, s.running_s[i], carried)};
+Levels levels_at(const model::effects::Mechanics& mechanics, const model::effects::EffectChain& chain,
+                 const Signals& s, std::size_t i, double load_Nm) {
+  const model::effects::Slide slide = slide_at(s, i, load_Nm, mechanics.inertia_kg_m2);
+  return {chain.level_Nm(towards(slide, +1)), chain.level_Nm(towards(slide, -1))};
 }
 
 /// Converts means over the periods before each sample to means around it. The first sample has no period
@@ -86,7 +85,7 @@ LoadSide behind_spring(const model::effects::Mechanics& mechanics, const model::
   double velocity = s.velocity_rad_per_s[0];
   for (std::size_t i = 1; i < s.size(); ++i) {
     const MotorStretch motor = stretch_before(s, i);
-    const Levels level = levels_at(chain, s, i, pulls.load_Nm[i]);
+    const Levels level = levels_at(mechanics, chain, s, i, pulls.load_Nm[i]);
     const double falling = -pulls.load_Nm[i] / inertia * dt;
     double acceleration = 0;  // of the load by the motor, mean
     for (int n = 1; n <= steps; ++n) {
@@ -150,7 +149,7 @@ LoadSide behind_gap(const model::effects::Mechanics& mechanics, const model::eff
                        s.velocity_rad_per_s[0]);
   for (std::size_t i = 1; i < s.size(); ++i) {
     const MotorStretch measured = stretch_before(s, i);
-    const Levels level = levels_at(chain, s, i, pulls.load_Nm[i]);
+    const Levels level = levels_at(mechanics, chain, s, i, pulls.load_Nm[i]);
     const double drive_before = pulls.drive_Nm[i - 1] - pulls.motor_Nm[i - 1];
     const double drive_rise = pulls.drive_Nm[i] - pulls.motor_Nm[i] - drive_before;
     const auto push_at = [&](double share) {

@@ -1,6 +1,7 @@
 /// @file
 /// Torque that a load behind a gap or a spring exerts on the motor whose motion was measured.
 #pragma once
+#include <cmath>
 #include <span>
 #include <vector>
 
@@ -9,6 +10,19 @@
 #include "model/effects/effect_chain.h"
 
 namespace identification::gap {
+
+/// The joint at a sample, with the load's torque against positive motion.
+inline model::effects::Slide slide_at(const Signals& s, std::size_t i, double load_Nm, double inertia_kg_m2) {
+  return {.speed_rad_per_s = std::abs(s.velocity_rad_per_s[i]),
+          .running_s = s.running_s[i],
+          .position_rad = s.position_rad[i],
+          .load_Nm = load_Nm,
+          .inertial_Nm = inertia_kg_m2 * s.acceleration_rad_per_s2[i]};
+}
+inline model::effects::Slide towards(model::effects::Slide slide, double direction) {
+  slide.direction = direction;
+  return slide;
+}
 
 /// Torques on a drive other than inertia and friction, at each sample.
 struct Pulls {

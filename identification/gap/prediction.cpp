@@ -27,6 +27,7 @@ struct Friction {
 /// one.
 Friction friction(const model::effects::EffectChain& chain, const model::effects::DriveModel& model,
                   const Signals& s, const std::vector<double>& load) {
+  const double inertia = chain.arranged({.inertia_kg_m2 = model.inertia_kg_m2}).inertia_kg_m2;
   const auto* contact = model.find<model::effects::Presliding>();
   const model::effects::PreslidingParameters bristle =
       contact ? contact->parameters() : model::effects::PreslidingParameters();
@@ -36,16 +37,15 @@ Friction friction(const model::effects::EffectChain& chain, const model::effects
   for (std::size_t i = 0; i < s.size(); ++i) {
     double& torque_Nm = result.torque_Nm[i];
     const double v = s.velocity_rad_per_s[i];
-    const double carried = std::abs(load[i]);
+    const model::effects::Slide slide = slide_at(s, i, load[i], inertia);
     if (contact == nullptr) {
       const double forward = 0.5 + 0.5 * s.direction[i];
-      if (forward > kNever) torque_Nm += forward * chain.level_Nm(std::abs(v), +1, s.running_s[i], carried);
-      if (1 - forward > kNever)
-        torque_Nm -= (1 - forward) * chain.level_Nm(std::abs(v), -1, s.running_s[i], carried);
+      if (forward > kNever) torque_Nm += forward * chain.level_Nm(towards(slide, +1));
+      if (1 - forward > kNever) torque_Nm -= (1 - forward) * chain.level_Nm(towards(slide, -1));
       continue;
     }
-    const double forward = chain.level_Nm(std::abs(v), +1, s.running_s[i], carried);
-    const double backward = chain.level_Nm(std::abs(v), -1, s.running_s[i], carried);
+    const double forward = chain.level_Nm(towards(slide, +1));
+    const double backward = chain.level_Nm(towards(slide, -1));
     const double moved = i > 0 ? s.position_rad[i] - s.position_rad[i - 1] : 0;
     const double before_Nm =
         std::exchange(spring_Nm, model::friction::dahl_force(spring_Nm, moved, bristle.stiffness_Nm_per_rad,
@@ -83,27 +83,37 @@ std::vector<double> delivered_beyond_command_Nm(const model::effects::DriveModel
   return result;
 }
 
-LoadSide load_side_of(const model::effects::DriveModel& model, const Signals& s) {
-  const model::effects::EffectChain chain(model.effects);
+namespace {
+
+/// The motor's motion instead of that of an encoder with an error.
+Signals behind_encoder(const model::effects::EffectChain& chain, const Signals& measured) {
+  Signals s = measured;
+  for (std::size_t i = 0; i < s.size(); ++i) {
+    const model::effects::EffectChain::Motion motion =
+        chain.motion_behind({s.position_rad[i], s.velocity_rad_per_s[i], s.acceleration_rad_per_s2[i]});
+    s.position_rad[i] = motion.position_rad;
+    s.velocity_rad_per_s[i] = motion.velocity_rad_per_s;
+    s.acceleration_rad_per_s2[i] = motion.acceleration_rad_per_s2;
+  }
+  return s;
+}
+
+LoadSide load_side_behind_encoder(const model::effects::DriveModel& model,
+                                  const model::effects::EffectChain& chain, const Signals& s) {
   std::vector<double> drive = s.torque_Nm;
   if (s.torque_is_command) {
     const std::vector<double> beyond = delivered_beyond_command_Nm(model, s);
     for (std::size_t i = 0; i < s.size(); ++i) drive[i] += beyond[i];
   }
+  for (std::size_t i = 0; i < s.size(); ++i) drive[i] *= chain.motor_gain(s.position_rad[i]);
   return load_side(chain.arranged({.inertia_kg_m2 = model.inertia_kg_m2}), chain, s,
                    {drive, at_positions(s, [&](double x) { return chain.motor_load_Nm(x); }),
                     at_positions(s, [&](double x) { return chain.load_Nm(x); })});
 }
 
-std::vector<double> bristle_deflection_rad(const model::effects::DriveModel& model, const Signals& s) {
-  const model::effects::EffectChain chain(model.effects);
-  return friction(chain, model, s, at_positions(s, [&](double x) { return chain.load_Nm(x); }))
-      .deflection_rad;
-}
-
-std::vector<double> predicted_torque_Nm(const model::effects::DriveModel& model, const Signals& s,
-                                        const LoadSide* known) {
-  const model::effects::EffectChain chain(model.effects);
+std::vector<double> torque_behind_encoder_Nm(const model::effects::DriveModel& model,
+                                             const model::effects::EffectChain& chain, const Signals& s,
+                                             const LoadSide* known) {
   const model::effects::Mechanics mechanics = chain.arranged({.inertia_kg_m2 = model.inertia_kg_m2});
   const std::vector<double> load = at_positions(s, [&](double x) { return chain.load_Nm(x); });
   std::vector<double> torque = friction(chain, model, s, load).torque_Nm;
@@ -111,17 +121,42 @@ std::vector<double> predicted_torque_Nm(const model::effects::DriveModel& model,
   const double inertia = (two_masses ? 1 - mechanics.load_share : 1) * mechanics.inertia_kg_m2;
   const double rubs = two_masses ? 1 - mechanics.friction_share() : 1;
   const std::vector<double> behind =
-      two_masses
-          ? torque_on_motor_Nm(known != nullptr ? *known : load_side_of(model, s), mechanics, s, torque, load)
-          : load;
+      two_masses ? torque_on_motor_Nm(known != nullptr ? *known : load_side_behind_encoder(model, chain, s),
+                                      mechanics, s, torque, load)
+                 : load;
   for (std::size_t i = 0; i < s.size(); ++i)
-    torque[i] = inertia * s.acceleration_rad_per_s2[i] + rubs * torque[i] +
-                chain.motor_load_Nm(s.position_rad[i]) + behind[i];
+    torque[i] = (inertia * s.acceleration_rad_per_s2[i] + rubs * torque[i] +
+                 chain.motor_load_Nm(s.position_rad[i]) + behind[i]) /
+                chain.motor_gain(s.position_rad[i]);
   if (s.torque_is_command) {
     const std::vector<double> beyond = delivered_beyond_command_Nm(model, s);
     for (std::size_t i = 0; i < s.size(); ++i) torque[i] -= beyond[i];
   }
   return torque;
+}
+
+}  // namespace
+
+LoadSide load_side_of(const model::effects::DriveModel& model, const Signals& s) {
+  const model::effects::EffectChain chain(model.effects);
+  return chain.acts_on_encoder() ? load_side_behind_encoder(model, chain, behind_encoder(chain, s))
+                                 : load_side_behind_encoder(model, chain, s);
+}
+
+std::vector<double> bristle_deflection_rad(const model::effects::DriveModel& model, const Signals& s) {
+  const model::effects::EffectChain chain(model.effects);
+  const auto of = [&](const Signals& motor) {
+    return friction(chain, model, motor, at_positions(motor, [&](double x) { return chain.load_Nm(x); }))
+        .deflection_rad;
+  };
+  return chain.acts_on_encoder() ? of(behind_encoder(chain, s)) : of(s);
+}
+
+std::vector<double> predicted_torque_Nm(const model::effects::DriveModel& model, const Signals& s,
+                                        const LoadSide* known) {
+  const model::effects::EffectChain chain(model.effects);
+  return chain.acts_on_encoder() ? torque_behind_encoder_Nm(model, chain, behind_encoder(chain, s), known)
+                                 : torque_behind_encoder_Nm(model, chain, s, known);
 }
 
 Rows::Rows(const std::vector<Signals>& signals) : signals_(&signals) {

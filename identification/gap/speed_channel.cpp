@@ -155,10 +155,10 @@ std::vector<double> torque_of(const model::effects::DriveModel& base, std::vecto
   std::vector<double> torque = derivative(velocity, period_s);
   for (std::size_t i = 0; i < velocity.size(); ++i)
     torque[i] = base.inertia_kg_m2 * torque[i] +
-                (velocity[i] == 0
-                     ? 0
-                     : std::copysign(chain.level_Nm(std::abs(velocity[i]), velocity[i] < 0 ? -1 : 1, 0, 0),
-                                     velocity[i]));
+                (velocity[i] == 0 ? 0
+                                  : std::copysign(chain.level_Nm({.speed_rad_per_s = std::abs(velocity[i]),
+                                                                  .direction = velocity[i] < 0 ? -1.0 : 1.0}),
+                                                  velocity[i]));
   return torque;
 }
 

@@ -12,6 +12,7 @@
 #include <unsupported/Eigen/FFT>
 
 #include "identification/gap/free_simulation.h"
+#include "identification/gap/search.h"
 #include "identification/gap/structure.h"
 #include "model/effects/effect_chain.h"
 
@@ -143,7 +144,9 @@ FrictionCurve friction_curve(const FittedModel& before, const FittedModel& after
     const double v = fastest * (2.0 * i / (kPoints - 1) - 1);
     const auto level = [&](const model::effects::EffectChain& chain,
                            const model::effects::DriveModel& model) {
-      return std::copysign(chain.level_Nm(std::abs(v), v < 0 ? -1 : 1, 0, 0), v) + offset(model);
+      return std::copysign(chain.level_Nm({.speed_rad_per_s = std::abs(v), .direction = v < 0 ? -1.0 : 1.0}),
+                           v) +
+             offset(model);
     };
     curve.velocity_rad_per_s.push_back(v);
     curve.before_Nm.push_back(level(chain_before, before.model));
@@ -152,7 +155,11 @@ FrictionCurve friction_curve(const FittedModel& before, const FittedModel& after
   // Measured: torque minus everything in the model except friction.
   FittedModel frictionless = after;
   std::erase_if(frictionless.model.effects, [](const model::effects::AnyEffect& any) {
-    return std::visit([]<class E>(const E&) { return model::effects::ActsOnFriction<E>; }, any) ||
+    return std::visit(
+               []<class E>(const E&) {
+                 return model::effects::ActsOnFriction<E> || model::effects::ActsOnGear<E>;
+               },
+               any) ||
            std::holds_alternative<model::effects::Presliding>(any) ||
            std::holds_alternative<model::effects::TorqueOffset>(any);
   });
@@ -222,13 +229,15 @@ Simulated simulate(const model::effects::DriveModel& before, const model::effect
 Where where_of(std::string_view effect, const Eigen::VectorXd& contribution, const Rows& rows,
                const std::vector<Eigen::Index>& use) {
   const auto suits = [&]() -> ViewCoordinate {
-    if (effect == "cogging" || effect == "imbalance" || effect == "load_friction")
+    if ((is_ripple(effect) && effect != "encoder_eccentricity") || effect == "imbalance" ||
+        effect == "load_friction")
       return {"position_rad", turned};
     if (effect == "inertia" || effect == "elasticity")
       return {"acceleration_rad_per_s2", [](const Signals& s) { return s.acceleration_rad_per_s2; }};
     if (effect == "presliding" || effect == "backlash") return {"time_since_reversal_s", since_reversal_s};
     if (effect == "thermal_drift") return {"running_time_s", [](const Signals& s) { return s.running_s; }};
-    if (effect == "torque_deadband" || effect == "transport_delay")
+    if (effect == "torque_deadband" || effect == "transport_delay" || effect == "torque_lag" ||
+        effect == "torque_saturation")
       return {"torque_command_Nm", [](const Signals& s) { return s.torque_Nm; }};
     return {"velocity_rad_per_s", [](const Signals& s) { return s.velocity_rad_per_s; }};
   }();

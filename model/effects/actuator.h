@@ -1,6 +1,7 @@
 /// @file
 /// Effects on the torque between command and motor, and between motor and report.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -23,7 +24,7 @@ class TorqueDeadband : public WithParameters<TorqueDeadband, TorqueDeadbandParam
       {{"threshold_Nm", member<&TorqueDeadbandParameters::threshold_Nm>, 0, kMaxTorque_Nm}});
   using WithParameters::WithParameters;
 
-  double deliver(DelayLine& /*line*/, double torque_Nm, double /*interval_s*/) const noexcept {
+  double deliver(ActuatorMemory& /*memory*/, double torque_Nm, double /*interval_s*/) const noexcept {
     if (torque_Nm == 0 || std::abs(torque_Nm) >= parameters_.threshold_Nm) return torque_Nm;
     return std::copysign(parameters_.threshold_Nm, torque_Nm);
   }
@@ -43,8 +44,50 @@ class TransportDelay : public WithParameters<TransportDelay, TransportDelayParam
       {{"delay_s", member<&TransportDelayParameters::delay_s>, 0, DelayLine::kLongest_s}});
   using WithParameters::WithParameters;
 
-  double deliver(DelayLine& line, double torque_Nm, double interval_s) const noexcept {
-    return line.pass(torque_Nm, parameters_.delay_s, interval_s);
+  double deliver(ActuatorMemory& memory, double torque_Nm, double interval_s) const noexcept {
+    return memory.line.pass(torque_Nm, parameters_.delay_s, interval_s);
+  }
+};
+
+struct TorqueSaturationParameters {
+  double limit_Nm = 1;
+};
+
+/// The motor delivers no more than a limit: that of its current (k_t times the gear ratio times the current),
+/// or of its supply.
+class TorqueSaturation : public WithParameters<TorqueSaturation, TorqueSaturationParameters> {
+ public:
+  static constexpr std::string_view kName = "torque_saturation";
+  static constexpr std::string_view kShows =
+      "delivered torque stays at one magnitude wherever the command is larger";
+  static constexpr auto kParameters = std::to_array<ParameterInfo<TorqueSaturationParameters>>(
+      {{"limit_Nm", member<&TorqueSaturationParameters::limit_Nm>, 1e-9, kMaxTorque_Nm}});
+  using WithParameters::WithParameters;
+
+  double deliver(ActuatorMemory& /*memory*/, double torque_Nm, double /*interval_s*/) const noexcept {
+    return std::clamp(torque_Nm, -parameters_.limit_Nm, parameters_.limit_Nm);
+  }
+};
+
+struct TorqueLagParameters {
+  double time_constant_s = 0.02;
+};
+
+/// The delivered torque follows the command with a first-order lag: a slow current loop, a filter of the
+/// command, a fluid or a long hose.
+class TorqueLag : public WithParameters<TorqueLag, TorqueLagParameters> {
+ public:
+  static constexpr std::string_view kName = "torque_lag";
+  static constexpr std::string_view kShows =
+      "delivered torque rounds the steps of the command: slow changes pass, fast ones shrink";
+  static constexpr auto kParameters = std::to_array<ParameterInfo<TorqueLagParameters>>(
+      {{"time_constant_s", member<&TorqueLagParameters::time_constant_s>, 1e-5, 5}});
+  using WithParameters::WithParameters;
+
+  double deliver(ActuatorMemory& memory, double torque_Nm, double interval_s) const noexcept {
+    memory.lagged_Nm -=
+        std::expm1(-interval_s / parameters_.time_constant_s) * (torque_Nm - memory.lagged_Nm);
+    return memory.lagged_Nm;
   }
 };
 

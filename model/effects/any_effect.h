@@ -23,8 +23,9 @@ struct EffectList {
   using Any = std::variant<Es..., Custom>;
 };
 using Effects = EffectList<Coulomb, Viscous, Stribeck, DirectionAsymmetry, MidspeedDip, QuadraticDrag,
-                           LoadFriction, ThermalDrift, Presliding, Cogging, Imbalance, Inertia, Backlash,
-                           Elasticity, TorqueOffset, TorqueDeadband, TransportDelay, UnsignedCurrent>;
+                           LoadFriction, ThermalDrift, PositionFriction, Presliding, Cogging, Imbalance,
+                           Inertia, Backlash, Elasticity, TorqueOffset, TorqueDeadband, TorqueSaturation,
+                           TorqueLag, TransportDelay, UnsignedCurrent, TorqueRipple, EncoderEccentricity>;
 /// An effect of one of the library's types, or one that the program has added.
 using AnyEffect = Effects::Any;
 

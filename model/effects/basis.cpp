@@ -11,7 +11,8 @@ namespace model::effects {
 
 double sliding_torque_Nm(const EffectChain& effects, double velocity_rad_per_s) noexcept {
   const double direction = std::copysign(1.0, velocity_rad_per_s);
-  return direction * effects.signed_level_Nm(std::abs(velocity_rad_per_s), direction, 0, 0) +
+  return direction * effects.signed_level_Nm(
+                         {.speed_rad_per_s = std::abs(velocity_rad_per_s), .direction = direction}) +
          effects.load_Nm(0);
 }
 

@@ -1,5 +1,5 @@
 /// @file
-/// Delayed torque commands: the memory of an actuator effect.
+/// The memory of an effect on the actuator.
 #pragma once
 #include <array>
 #include <cmath>
@@ -29,6 +29,12 @@ class DelayLine {
   static constexpr std::size_t kSize = 4096;
   std::array<double, kSize> history_{};
   std::size_t newest_ = 0;
+};
+
+/// What an effect on the actuator remembers of the commands.
+struct ActuatorMemory {
+  DelayLine line{};
+  double lagged_Nm = 0;  ///< output of a lag
 };
 
 }  // namespace model::effects

@@ -5,12 +5,15 @@
 /// sensor → measured. An effect is one physical phenomenon somewhere in it: a small type with parameters, and
 /// the one function by which it acts there,
 ///
-///   deliver(DelayLine&, torque, dt)  the actuator delivers another torque than commanded
+///   deliver(ActuatorMemory&, torque, dt)  the actuator delivers another torque than commanded
 ///   level_Nm(Sliding)                adds to the sliding friction: positive takes more torque
+///   loss_Nm(transmitted)             the gear takes a part of the torque that it transmits
 ///   load_Nm(position)                a torque against positive motion that depends on position; on the load,
 ///                                    or on the motor if kOnMotor says so
 ///   arrange(Mechanics&)              changes masses, springs and gaps
 ///   report_Nm(torque)                the sensor reports another torque than delivered
+///   gain(position)                   the motor makes that share of the torque that its current means
+///   error(position)                  the encoder reports another position of the motor
 ///
 /// and a sentence on how it appears in measured data. Everything is joint side and SI. Simulation, fits and
 /// the search for missing effects use the same types.
@@ -36,7 +39,25 @@ struct Sliding {
   double direction = 1;        ///< +1 or -1
   double running_s = 0;        ///< since the cold start of the drive
   double coulomb_Nm = 0;       ///< sum of the coulomb effects
-  double load_Nm = 0;          ///< magnitude of the other torque in the transmission, without friction
+  double load_Nm = 0;          ///< magnitude of the load's torque
+  double position_rad = 0;
+};
+
+/// A sliding joint with the torques that its gear transmits.
+struct Slide {
+  double speed_rad_per_s = 0;  ///< >= 0
+  double direction = 1;        ///< +1 or -1
+  double running_s = 0;        ///< since the cold start of the drive
+  double position_rad = 0;
+  double load_Nm = 0;      ///< torque of the load, against positive motion
+  double inertial_Nm = 0;  ///< inertia times acceleration, of the whole joint
+};
+
+/// What an encoder adds to a position, with its first and second derivative over the position.
+struct EncoderError {
+  double value_rad = 0;
+  double slope = 0;
+  double bend_per_rad = 0;
 };
 
 /// Masses and springs of the drive. One mass, unless there is a gap or a spring.
@@ -76,9 +97,11 @@ struct Mechanics {
 // clang-format 14 breaks the arrows apart.
 // clang-format off
 template <class E>
-concept ActsOnActuator = requires(const E& e, DelayLine& line, double x) { { e.deliver(line, x, x) } noexcept -> std::same_as<double>; };
+concept ActsOnActuator = requires(const E& e, ActuatorMemory& memory, double x) { { e.deliver(memory, x, x) } noexcept -> std::same_as<double>; };
 template <class E>
 concept ActsOnFriction = requires(const E& e, const Sliding& s) { { e.level_Nm(s) } noexcept -> std::same_as<double>; };
+template <class E>
+concept ActsOnGear = requires(const E& e, double x) { { e.loss_Nm(x) } noexcept -> std::same_as<double>; };
 template <class E>
 concept ActsOnPosition = requires(const E& e, double x) { { e.load_Nm(x) } noexcept -> std::same_as<double>; };
 template <class E>
@@ -87,6 +110,10 @@ template <class E>
 concept ActsOnMechanics = requires(const E& e, Mechanics& m) { { e.arrange(m) } noexcept -> std::same_as<void>; };
 template <class E>
 concept ActsOnSensor = requires(const E& e, double x) { { e.report_Nm(x) } noexcept -> std::same_as<double>; };
+template <class E>
+concept ActsOnMotorTorque = requires(const E& e, double x) { { e.gain(x) } noexcept -> std::same_as<double>; };
+template <class E>
+concept ActsOnEncoder = requires(const E& e, double x) { { e.error(x) } noexcept -> std::same_as<EncoderError>; };
 
 template <class E>
 concept Effect =
@@ -97,7 +124,8 @@ concept Effect =
       { E::kParameters.size() };
       { e.parameters() } noexcept -> std::same_as<const typename E::Parameters&>;
     } && std::constructible_from<E, const typename E::Parameters&> &&
-    (ActsOnActuator<E> || ActsOnFriction<E> || ActsOnPosition<E> || ActsOnMechanics<E> || ActsOnSensor<E>);
+    (ActsOnActuator<E> || ActsOnFriction<E> || ActsOnGear<E> || ActsOnPosition<E> || ActsOnMechanics<E> || ActsOnSensor<E> ||
+     ActsOnMotorTorque<E> || ActsOnEncoder<E>);
 // clang-format on
 
 /// kAmplitudes lists the parameters in which its torque is linear; the others are its shape.

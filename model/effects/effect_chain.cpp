@@ -1,6 +1,7 @@
 #include "model/effects/effect_chain.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
@@ -26,33 +27,31 @@ EffectChain::EffectChain(std::span<const AnyEffect> effects) : effects_(effects.
   for (const AnyEffect& any : effects_) {
     std::visit(
         [this](const auto& effect) {
-          if constexpr (ActsOnActuator<std::decay_t<decltype(effect)>>) lines_.emplace_back();
+          using E = std::decay_t<decltype(effect)>;
+          if constexpr (ActsOnActuator<E>) memories_.emplace_back();
+          if constexpr (ActsOnEncoder<E>) acts_on_encoder_ = true;
         },
         any);
     if (const auto* coulomb = std::get_if<Coulomb>(&any)) coulomb_Nm_ += coulomb->parameters().torque_Nm;
+    if (const auto* gear = std::get_if<LoadFriction>(&any)) gear_ = *gear;
   }
 }
 
 double EffectChain::deliver(double command_Nm, double interval_s) noexcept {
   double torque_Nm = command_Nm;
-  auto line = lines_.begin();
+  auto memory = memories_.begin();
   for (const AnyEffect& any : effects_) {
     ask(any, [&](const auto& effect) {
       if constexpr (ActsOnActuator<std::decay_t<decltype(effect)>>)
-        torque_Nm = effect.deliver(*line++, torque_Nm, interval_s);
+        torque_Nm = effect.deliver(*memory++, torque_Nm, interval_s);
     });
   }
   return torque_Nm;
 }
 
-double EffectChain::level_Nm(double speed_rad_per_s, double direction, double running_s,
-                             double load_Nm) const noexcept {
-  return std::max(signed_level_Nm(speed_rad_per_s, direction, running_s, load_Nm), 0.0);
-}
-
-double EffectChain::signed_level_Nm(double speed_rad_per_s, double direction, double running_s,
-                                    double load_Nm) const noexcept {
-  const Sliding sliding{speed_rad_per_s, direction, running_s, coulomb_Nm_, load_Nm};
+double EffectChain::sliding_Nm(const Slide& slide) const noexcept {
+  const Sliding sliding{slide.speed_rad_per_s, slide.direction,         slide.running_s,
+                        coulomb_Nm_,           std::abs(slide.load_Nm), slide.position_rad};
   double level = 0;
   for (const AnyEffect& any : effects_) {
     ask(any, [&](const auto& effect) {
@@ -60,6 +59,29 @@ double EffectChain::signed_level_Nm(double speed_rad_per_s, double direction, do
     });
   }
   return level;
+}
+
+double EffectChain::gear_loss_Nm(const Slide& slide, double sliding_Nm) const noexcept {
+  if (!gear_) return 0;
+  const double own_Nm = slide.direction * slide.inertial_Nm + sliding_Nm;
+  return gear_->loss_Nm(gear_->transmitted_Nm(slide.direction * slide.load_Nm, own_Nm));
+}
+
+double EffectChain::level_Nm(const Slide& slide) const noexcept {
+  const double sliding = std::max(sliding_Nm(slide), 0.0);
+  return sliding + gear_loss_Nm(slide, sliding);
+}
+
+double EffectChain::signed_level_Nm(const Slide& slide) const noexcept {
+  const double sliding = sliding_Nm(slide);
+  return sliding + gear_loss_Nm(slide, std::max(sliding, 0.0));
+}
+
+double EffectChain::level_under_Nm(const Slide& slide, double motor_Nm) const noexcept {
+  const double sliding = std::max(sliding_Nm(slide), 0.0);
+  if (!gear_) return sliding;
+  return sliding + gear_->loss_Nm(gear_->transmitted_under_Nm(slide.direction * slide.load_Nm,
+                                                              slide.direction * motor_Nm));
 }
 
 double EffectChain::load_Nm(double position_rad) const noexcept {
@@ -90,6 +112,53 @@ double EffectChain::report_Nm(double torque_Nm) const noexcept {
     });
   }
   return torque_Nm;
+}
+
+double EffectChain::motor_gain(double position_rad) const noexcept {
+  double gain = 1;
+  for (const AnyEffect& any : effects_) {
+    ask(any, [&](const auto& effect) {
+      if constexpr (ActsOnMotorTorque<std::decay_t<decltype(effect)>>) gain *= effect.gain(position_rad);
+    });
+  }
+  return gain;
+}
+
+EncoderError EffectChain::encoder_error(double position_rad) const noexcept {
+  EncoderError sum;
+  for (const AnyEffect& any : effects_) {
+    ask(any, [&](const auto& effect) {
+      if constexpr (ActsOnEncoder<std::decay_t<decltype(effect)>>) {
+        const EncoderError error = effect.error(position_rad);
+        sum.value_rad += error.value_rad;
+        sum.slope += error.slope;
+        sum.bend_per_rad += error.bend_per_rad;
+      }
+    });
+  }
+  return sum;
+}
+
+EffectChain::Motion EffectChain::motion_behind(const Motion& measured) const noexcept {
+  if (!acts_on_encoder_) return measured;
+  // Newton's iteration: an error has a small slope, or the encoder would run backwards.
+  constexpr int kSteps = 4;
+  constexpr double kMinSlope = 0.1;
+  Motion motion{.position_rad = measured.position_rad};
+  double slope = 1;
+  EncoderError error;
+  for (int i = 0; i <= kSteps; ++i) {
+    error = encoder_error(motion.position_rad);
+    slope = std::max(1 + error.slope, kMinSlope);
+    if (i < kSteps)
+      motion.position_rad -= (motion.position_rad + error.value_rad - measured.position_rad) / slope;
+  }
+  motion.velocity_rad_per_s = measured.velocity_rad_per_s / slope;
+  motion.acceleration_rad_per_s2 =
+      (measured.acceleration_rad_per_s2 -
+       error.bend_per_rad * motion.velocity_rad_per_s * motion.velocity_rad_per_s) /
+      slope;
+  return motion;
 }
 
 Mechanics EffectChain::arranged(Mechanics mechanics) const {

@@ -1,6 +1,7 @@
 /// @file
 /// The effects of one drive in operation, each at its place in the chain.
 #pragma once
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -19,25 +20,42 @@ class EffectChain {
   bool empty() const noexcept { return effects_.empty(); }
   /// The torque the actuator delivers for a command, once per controller period of `interval_s`.
   double deliver(double command_Nm, double interval_s) noexcept;
-  /// Sliding friction at `speed_rad_per_s` >= 0 in `direction`, positive against the motion; not below zero.
-  /// `load_Nm`: the other torque in the transmission.
-  double level_Nm(double speed_rad_per_s, double direction, double running_s, double load_Nm) const noexcept;
-  /// The same as the plain sum of the effects, negative where they would drive.
-  double signed_level_Nm(double speed_rad_per_s, double direction, double running_s,
-                         double load_Nm) const noexcept;
+  /// Sliding friction, positive against the motion; not below zero.
+  double level_Nm(const Slide& slide) const noexcept;
+  /// The same under a torque of the motor, in the direction of positive motion, instead of an acceleration.
+  double level_under_Nm(const Slide& slide, double motor_Nm) const noexcept;
+  /// The same as level_Nm() as the plain sum of the effects, negative where they would drive.
+  double signed_level_Nm(const Slide& slide) const noexcept;
   /// Position-dependent torque against positive motion of the load; with one mass, of the joint.
   double load_Nm(double position_rad) const noexcept;
   /// The same for the motor, if it is a separate mass.
   double motor_load_Nm(double position_rad) const noexcept;
   /// Output of the torque sensor for a torque.
   double report_Nm(double torque_Nm) const noexcept;
+  /// Torque of the motor at a position, over that which its current means.
+  double motor_gain(double position_rad) const noexcept;
+  /// What the encoder adds to the motor's position; all zero without an effect on it.
+  EncoderError encoder_error(double position_rad) const noexcept;
+  bool acts_on_encoder() const noexcept { return acts_on_encoder_; }
+  /// The motor's motion of which the encoder reports `measured`.
+  struct Motion {
+    double position_rad = 0;
+    double velocity_rad_per_s = 0;
+    double acceleration_rad_per_s2 = 0;
+  };
+  Motion motion_behind(const Motion& measured) const noexcept;
   /// Masses, springs and gaps after all effects. @throws std::invalid_argument if no inertia is left.
   Mechanics arranged(Mechanics mechanics) const;
 
  private:
+  double sliding_Nm(const Slide& slide) const noexcept;
+  double gear_loss_Nm(const Slide& slide, double sliding_Nm) const noexcept;
+
   std::vector<AnyEffect> effects_;
-  std::vector<DelayLine> lines_;  // one per effect that acts on the actuator
+  std::vector<ActuatorMemory> memories_;  // one per effect that acts on the actuator
+  std::optional<LoadFriction> gear_;
   double coulomb_Nm_ = 0;
+  bool acts_on_encoder_ = false;
 };
 
 }  // namespace model::effects

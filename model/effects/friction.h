@@ -1,6 +1,7 @@
 /// @file
 /// Effects on the friction of a joint that slides.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -143,7 +144,8 @@ struct QuadraticDragParameters {
   double coefficient_Nm_s2_per_rad2 = 0.0005;
 };
 
-/// Friction proportional to the square of speed: stirred grease, air; negative if grease thins.
+/// Friction proportional to the square of speed: stirred grease, air; negative in a fitted curve that bends
+/// down.
 class QuadraticDrag : public WithParameters<QuadraticDrag, QuadraticDragParameters> {
  public:
   static constexpr std::string_view kName = "quadratic_drag";
@@ -161,21 +163,49 @@ class QuadraticDrag : public WithParameters<QuadraticDrag, QuadraticDragParamete
 };
 
 struct LoadFrictionParameters {
-  double share = 0.1;  ///< of the load torque
+  double share = 0.1;            ///< µ, of the transmitted torque while the motor drives
+  double backdriving_ratio = 1;  ///< share while the load drives the motor, over µ
+  double load_share = 0;         ///< of the joint's own inertia and friction, behind the gear
 };
 
-/// Friction in proportion to the torque that the transmission carries.
-/// [W. Duclusaud et al., ICRA 2025, arXiv 2410.08650; Bittencourt et al., IROS 2010]
+/// Friction in proportion to the torque X that the gear transmits: the load's, and a share of that which the
+/// joint itself needs to accelerate and slide. The efficiency is 1/(1 + µ) in driving and 1 − µ·ratio in
+/// back-driving; at a share of 1 the gear locks itself.
+/// [W. Duclusaud et al., ICRA 2025, arXiv 2410.08650; Bittencourt et al., IROS 2010; A. Wang, S. Kim,
+/// "Directional efficiency in geared transmissions", ICRA 2015]
 class LoadFriction : public WithParameters<LoadFriction, LoadFrictionParameters> {
  public:
+  static constexpr double kMaxRatio = 20;
   static constexpr std::string_view kName = "load_friction";
   static constexpr std::string_view kShows =
-      "more friction where the joint carries load, whichever way it turns";
+      "more friction the more torque the gear transmits, often more in driving than in back-driving";
   static constexpr auto kParameters = std::to_array<ParameterInfo<LoadFrictionParameters>>(
-      {{"share", member<&LoadFrictionParameters::share>, 0, 2}});
+      {{"share", member<&LoadFrictionParameters::share>, 0, 2},
+       {"backdriving_ratio", member<&LoadFrictionParameters::backdriving_ratio>, 0, kMaxRatio},
+       {"load_share", member<&LoadFrictionParameters::load_share>, 0, 1}});
   using WithParameters::WithParameters;
 
-  double level_Nm(const Sliding& sliding) const noexcept { return parameters_.share * sliding.load_Nm; }
+  /// Of a transmitted torque, positive where the motor drives.
+  double loss_Nm(double transmitted_Nm) const noexcept {
+    return transmitted_Nm > 0 ? parameters_.share * transmitted_Nm : -backdriving_share() * transmitted_Nm;
+  }
+  /// All torques are positive along the motion: of the load against it, and of the joint's own inertia and
+  /// other friction.
+  double transmitted_Nm(double load_Nm, double own_Nm) const noexcept {
+    return load_Nm + parameters_.load_share * own_Nm;
+  }
+  /// The same where the motor's torque is known instead of the acceleration: own = motor − load − loss.
+  double transmitted_under_Nm(double load_Nm, double motor_Nm) const noexcept {
+    const double without_loss = (1 - parameters_.load_share) * load_Nm + parameters_.load_share * motor_Nm;
+    return without_loss / (without_loss > 0
+                               ? 1 + parameters_.load_share * parameters_.share
+                               : std::max(1 - parameters_.load_share * backdriving_share(), kMinKept));
+  }
+
+ private:
+  /// A mass behind a gear that locks itself stops at once: within a few steps of a simulation.
+  static constexpr double kMinKept = 0.05;
+  double backdriving_share() const noexcept { return parameters_.share * parameters_.backdriving_ratio; }
 };
 
 struct ThermalDriftParameters {
@@ -207,6 +237,31 @@ class ThermalDrift : public WithParameters<ThermalDrift, ThermalDriftParameters>
   /// 0 cold, 1 warm.
   static double shape(double running_s, double time_constant_s) noexcept {
     return -std::expm1(-running_s / time_constant_s);
+  }
+};
+
+struct PositionFrictionParameters {
+  double amplitude_Nm = 0.01;  ///< A
+  double periods_per_rev = 1;  ///< N, of the joint
+  double phase_rad = 0;        ///< φ
+};
+
+/// One harmonic of a friction that depends on where the joint is: a bent shaft, an oval bearing, a tight
+/// spot. A·sin(N·θ + φ); a map over one turn, or over a stroke, is several of these.
+class PositionFriction : public WithParameters<PositionFriction, PositionFrictionParameters> {
+ public:
+  static constexpr std::string_view kName = "position_friction";
+  static constexpr std::string_view kShows =
+      "friction repeats over position: what brakes more at a place does so in both directions";
+  static constexpr auto kParameters = std::to_array<ParameterInfo<PositionFrictionParameters>>(
+      {{"amplitude_Nm", member<&PositionFrictionParameters::amplitude_Nm>, 0, kMaxTorque_Nm},
+       {"periods_per_rev", member<&PositionFrictionParameters::periods_per_rev>, 1e-3, 1e5},
+       {"phase_rad", member<&PositionFrictionParameters::phase_rad>, -6.2831853072, 6.2831853072}});
+  using WithParameters::WithParameters;
+
+  double level_Nm(const Sliding& sliding) const noexcept {
+    return parameters_.amplitude_Nm *
+           std::sin(parameters_.periods_per_rev * sliding.position_rad + parameters_.phase_rad);
   }
 };
 

@@ -73,4 +73,57 @@ class Cogging : public WithParameters<Cogging, CoggingParameters> {
   }
 };
 
+struct TorqueRippleParameters {
+  double share = 0.05;          ///< of the torque
+  double periods_per_rev = 26;  ///< N, of the joint
+  double phase_rad = 0;         ///< φ
+};
+
+/// One harmonic of a ripple in proportion to the motor's torque: back-EMF that is no sine, current sensors
+/// with an offset or unequal gains, commutation. The motor makes 1 + share·sin(N·θ + φ) times the torque that
+/// its current means; without torque there is no ripple, unlike with cogging.
+class TorqueRipple : public WithParameters<TorqueRipple, TorqueRippleParameters> {
+ public:
+  static constexpr std::string_view kName = "torque_ripple";
+  static constexpr std::string_view kShows =
+      "the torque needed repeats over the motor's position in proportion to itself";
+  static constexpr auto kParameters = std::to_array<ParameterInfo<TorqueRippleParameters>>(
+      {{"share", member<&TorqueRippleParameters::share>, 0, 0.9},
+       {"periods_per_rev", member<&TorqueRippleParameters::periods_per_rev>, 0.5, 1e5},
+       {"phase_rad", member<&TorqueRippleParameters::phase_rad>, -6.2831853072, 6.2831853072}});
+  using WithParameters::WithParameters;
+
+  double gain(double position_rad) const noexcept {
+    return 1 +
+           parameters_.share * std::sin(parameters_.periods_per_rev * position_rad + parameters_.phase_rad);
+  }
+};
+
+struct EncoderEccentricityParameters {
+  double amplitude_rad = 1e-3;  ///< A, of the joint
+  double periods_per_rev = 1;   ///< N, of the joint: the gear ratio for an encoder on the motor
+  double phase_rad = 0;         ///< φ
+};
+
+/// An encoder whose disc is off the axis reports θ + A·sin(N·θ + φ) for the position θ: an error of the
+/// velocity in proportion to it, and of the acceleration in proportion to its square.
+class EncoderEccentricity : public WithParameters<EncoderEccentricity, EncoderEccentricityParameters> {
+ public:
+  static constexpr std::string_view kName = "encoder_eccentricity";
+  static constexpr std::string_view kShows =
+      "a torque that repeats once per turn of the encoder and grows with the square of the speed";
+  static constexpr auto kParameters = std::to_array<ParameterInfo<EncoderEccentricityParameters>>(
+      {{"amplitude_rad", member<&EncoderEccentricityParameters::amplitude_rad>, 0, 0.3},
+       {"periods_per_rev", member<&EncoderEccentricityParameters::periods_per_rev>, 0.5, 1e5},
+       {"phase_rad", member<&EncoderEccentricityParameters::phase_rad>, -6.2831853072, 6.2831853072}});
+  using WithParameters::WithParameters;
+
+  EncoderError error(double position_rad) const noexcept {
+    const auto& [amplitude, periods, phase] = parameters_;
+    const double angle = periods * position_rad + phase;
+    const double value = amplitude * std::sin(angle);
+    return {value, amplitude * periods * std::cos(angle), -periods * periods * value};
+  }
+};
+
 }  // namespace model::effects

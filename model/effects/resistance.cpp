@@ -5,6 +5,7 @@
 #include <limits>
 #include <type_traits>
 
+#include "model/effects/dissipation.h"
 #include "model/effects/effect_chain.h"
 #include "model/friction/law_compensator.h"
 
@@ -30,11 +31,12 @@ void add(model::PositionTorque& torque, const Custom& custom) {
 }  // namespace
 
 model::JointResistance resistance_of(const DriveModel& model) {
-  const EffectChain effects(model.effects);
+  const EffectChain effects(with_least_friction(model.effects));
   const auto sliding_Nm = [&effects](double velocity_rad_per_s) {
     const double direction = std::copysign(1.0, velocity_rad_per_s);
     const auto after = [&](double running_s) {
-      return effects.level_Nm(std::abs(velocity_rad_per_s), direction, running_s, 0);
+      return effects.level_Nm(
+          {.speed_rad_per_s = std::abs(velocity_rad_per_s), .direction = direction, .running_s = running_s});
     };
     return direction * std::min(after(0), after(std::numeric_limits<double>::infinity()));
   };

@@ -11,13 +11,15 @@ namespace model::effects {
 ///   friction of either direction, at rest the breakaway torque;
 /// - thermal_drift: the smaller friction at each speed, cold or warm, because a compensator does not know the
 ///   temperature of the drive and must not exceed friction;
+/// - position_friction: its minimum over the position, for the same reason;
 /// - torque_offset, imbalance, cogging: the position-dependent torque;
 /// - torque_deadband: the minimum torque;
 /// - an effect that the program has added: its friction and its position-dependent torque.
 /// It ignores effects that an added torque cannot compensate, or that need signals the controller does not
 /// have: presliding, backlash and elasticity (motion before the joint moves), inertia (acceleration),
-/// load_friction (the load), transport_delay (the future) and unsigned_current (a sensor it does not read).
-/// Setup: samples the friction, allocates. @throws std::invalid_argument if friction is not finite.
+/// load_friction (the load), torque_saturation, torque_lag and transport_delay (the future), torque_ripple
+/// (within a few per cent), unsigned_current and encoder_eccentricity (sensors). Setup: samples the friction,
+/// allocates. @throws std::invalid_argument if friction is not finite.
 model::JointResistance resistance_of(const DriveModel& model);
 
 }  // namespace model::effects

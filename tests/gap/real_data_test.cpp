@@ -69,7 +69,9 @@ class RealData : public testing::Test {
     const model::effects::EffectChain chain(model_.effects);
     const double direction = velocity_rad_per_s < 0 ? -1 : 1;
     const auto* const offset = model_.find<model::effects::TorqueOffset>();
-    return direction * chain.level_Nm(std::abs(velocity_rad_per_s), direction, kMiddle_s, 0) +
+    return direction * chain.level_Nm({.speed_rad_per_s = std::abs(velocity_rad_per_s),
+                                       .direction = direction,
+                                       .running_s = kMiddle_s}) +
            (offset != nullptr ? offset->parameters().torque_Nm : 0);
   }
   /// Relative error over the means of all runs, in percent, as the peers have it.

@@ -63,7 +63,9 @@ std::vector<double> torque_on_motor(const model::effects::Mechanics& mechanics,
   for (std::size_t i = 0; i < s.size(); ++i) {
     const double v = s.velocity_rad_per_s[i];
     const double direction = v < 0 ? -1 : 1;
-    friction_Nm.push_back(direction * chain.level_Nm(std::abs(v), direction, s.running_s[i], 0));
+    friction_Nm.push_back(direction * chain.level_Nm({.speed_rad_per_s = std::abs(v),
+                                                      .direction = direction,
+                                                      .running_s = s.running_s[i]}));
   }
   return torque_on_motor_Nm(load_side(mechanics, chain, s, {drive_Nm, none, load_Nm}), mechanics, s,
                             friction_Nm, load_Nm);

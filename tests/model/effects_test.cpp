@@ -27,7 +27,8 @@ EffectChain chain(std::vector<AnyEffect> effects) { return EffectChain(effects);
 
 double level(const std::vector<AnyEffect>& effects, double speed, double direction = 1, double running_s = 0,
              double load_Nm = 0) {
-  return chain(effects).level_Nm(speed, direction, running_s, load_Nm);
+  return chain(effects).level_Nm(
+      {.speed_rad_per_s = speed, .direction = direction, .running_s = running_s, .load_Nm = load_Nm});
 }
 
 std::string message_of(std::string_view effect, std::vector<NamedValue> values) {
@@ -40,10 +41,29 @@ std::string message_of(std::string_view effect, std::vector<NamedValue> values) 
 }
 
 TEST(Effects, TheLibraryHasEveryNameOfTheContract) {
-  for (const char* name :
-       {"coulomb", "viscous", "stribeck", "direction_asymmetry", "midspeed_dip", "quadratic_drag",
-        "presliding", "cogging", "imbalance", "inertia", "backlash", "elasticity", "thermal_drift",
-        "torque_offset", "torque_deadband", "transport_delay", "unsigned_current"}) {
+  for (const char* name : {"coulomb",
+                           "viscous",
+                           "stribeck",
+                           "direction_asymmetry",
+                           "midspeed_dip",
+                           "quadratic_drag",
+                           "presliding",
+                           "cogging",
+                           "imbalance",
+                           "inertia",
+                           "backlash",
+                           "elasticity",
+                           "thermal_drift",
+                           "torque_offset",
+                           "torque_deadband",
+                           "transport_delay",
+                           "unsigned_current",
+                           "load_friction",
+                           "position_friction",
+                           "torque_saturation",
+                           "torque_lag",
+                           "torque_ripple",
+                           "encoder_eccentricity"}) {
     EXPECT_EQ(name_of(make_effect(name)), name);
     EXPECT_FALSE(effect_description(name).shows.empty()) << name;
   }
@@ -241,6 +261,44 @@ TEST(Effects, LoadFrictionIsAShareOfWhatTheGearCarries) {
   EXPECT_DOUBLE_EQ(level({make_effect("load_friction", {{"share", 0.1}})}, 1, 1, 0, 0.5), 0.05);
 }
 
+// A gear of efficiency 0.8 in driving and 0.7 in back-driving lifts 1 N·m with 1/0.8 and holds it back with
+// 0.7.
+TEST(Effects, AGearTakesMoreFromTheMotorThanItGivesAndGivesLessBack) {
+  const std::vector<AnyEffect> gear = {
+      make_effect("load_friction", {{"share", 0.25}, {"backdriving_ratio", 1.2}})};
+  EXPECT_NEAR(1 + level(gear, 1, +1, 0, 1), 1 / 0.8, 1e-12);
+  EXPECT_NEAR(1 - level(gear, 1, -1, 0, 1), 0.7, 1e-12);
+  EXPECT_NEAR(1 + level(gear, 1, -1, 0, -1), 1 / 0.8, 1e-12);  // the same load the other way
+}
+
+// The same motion whether the acceleration is known or the motor's torque.
+TEST(Effects, TheLossOfAGearIsTheSameFromTorqueAndFromAcceleration) {
+  for (const double load_share : {0.0, 0.4, 1.0}) {
+    const EffectChain drive =
+        chain({make_effect("coulomb", {{"torque_Nm", 0.05}}),
+               make_effect("load_friction",
+                           {{"share", 0.3}, {"backdriving_ratio", 0.5}, {"load_share", load_share}})});
+    for (const double direction : {+1.0, -1.0})
+      for (const double load_Nm : {-0.4, 0.0, 0.2})
+        for (const double inertial_Nm : {-0.9, -0.05, 0.0, 0.3}) {
+          const Slide slide{.direction = direction, .load_Nm = load_Nm, .inertial_Nm = inertial_Nm};
+          const double level_Nm = drive.level_Nm(slide);
+          const double motor_Nm = inertial_Nm + load_Nm + direction * level_Nm;
+          EXPECT_NEAR(drive.level_under_Nm(slide, motor_Nm), level_Nm, 1e-12)
+              << load_share << ' ' << direction << ' ' << load_Nm << ' ' << inertial_Nm;
+        }
+  }
+}
+
+TEST(Effects, ATightSpotBrakesInBothDirections) {
+  const EffectChain drive = chain({make_effect("coulomb", {{"torque_Nm", 0.05}}),
+                                   make_effect("position_friction", {{"amplitude_Nm", 0.02}})});
+  for (const double direction : {+1.0, -1.0}) {
+    EXPECT_NEAR(drive.level_Nm({.direction = direction, .position_rad = 0.5 * kPi}), 0.07, 1e-12);
+    EXPECT_NEAR(drive.level_Nm({.direction = direction, .position_rad = -0.5 * kPi}), 0.03, 1e-12);
+  }
+}
+
 TEST(Effects, PositionTorquesRepeatAsOftenAsTheySay) {
   const EffectChain drive =
       chain({make_effect("cogging", {{"amplitude_Nm", 0.01}, {"periods_per_rev", 7}, {"phase_rad", 0.3}}),
@@ -263,6 +321,37 @@ TEST(Effects, SmallCommandsAreDeliveredAtTheThreshold) {
   EXPECT_EQ(drive.deliver(-0.01, 1e-3), -0.03);
   EXPECT_EQ(drive.deliver(0.05, 1e-3), 0.05);
   EXPECT_EQ(drive.deliver(0, 1e-3), 0);
+}
+
+TEST(Effects, ALimitIsNotExceeded) {
+  EffectChain drive = chain({make_effect("torque_saturation", {{"limit_Nm", 0.3}})});
+  EXPECT_EQ(drive.deliver(0.2, 1e-3), 0.2);
+  EXPECT_EQ(drive.deliver(0.5, 1e-3), 0.3);
+  EXPECT_EQ(drive.deliver(-0.5, 1e-3), -0.3);
+}
+
+TEST(Effects, ALagLeavesOneOverEAfterItsTimeConstant) {
+  EffectChain drive = chain({make_effect("torque_lag", {{"time_constant_s", 0.05}})});
+  double torque = 0;
+  for (int i = 0; i < 50; ++i) torque = drive.deliver(1, 1e-3);
+  EXPECT_NEAR(torque, 1 - 1 / std::numbers::e, 1e-12);
+}
+
+// Of an encoder that is 0.01 rad off once a turn, by differences.
+TEST(Effects, TheMotionBehindAnEncoderIsTheOneThatItReports) {
+  const EffectChain drive = chain({make_effect(
+      "encoder_eccentricity", {{"amplitude_rad", 0.01}, {"periods_per_rev", 3}, {"phase_rad", 1}})});
+  const auto position = [](double t) { return 2 * t + 0.5 * std::sin(3 * t); };
+  const auto reported = [&](double t) { return position(t) + 0.01 * std::sin(3 * position(t) + 1); };
+  constexpr double kStep = 1e-4;
+  for (const double t : {0.1, 0.7, 2.0}) {
+    const EffectChain::Motion motion = drive.motion_behind(
+        {reported(t), (reported(t + kStep) - reported(t - kStep)) / (2 * kStep),
+         (reported(t + kStep) - 2 * reported(t) + reported(t - kStep)) / (kStep * kStep)});
+    EXPECT_NEAR(motion.position_rad, position(t), 1e-12);
+    EXPECT_NEAR(motion.velocity_rad_per_s, 2 + 1.5 * std::cos(3 * t), 1e-6);
+    EXPECT_NEAR(motion.acceleration_rad_per_s2, -4.5 * std::sin(3 * t), 1e-5);
+  }
 }
 
 TEST(Effects, ADelayDeliversEachCommandThatMuchLater) {
