@@ -4,6 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "identification/gap/fast_ripple.h"
+#include "identification/gap/wording.h"
+
 namespace identification::gap {
 namespace {
 
@@ -15,6 +18,8 @@ constexpr double kMinRunning_s = 15;
 constexpr std::size_t kMinReversals = 4;
 /// Change between samples over the torque itself, rms: that of a sine with twelve samples per period.
 constexpr double kMaxChange = 0.5;
+/// Of a ripple, per turn: a motor's magnets and slots behind a small gear.
+constexpr double kUsualPeriods = 100;
 
 struct Coverage {
   double samples = 0;
@@ -128,6 +133,11 @@ std::vector<BlindSpot> blind_spots(std::span<const Signals> signals, bool rests)
   if (c.angle_rad < kMinAngle_rad)
     spots.push_back(
         {"the joint turns less than a radian: imbalance and load friction do not show", {"imbalance"}});
+  if (const double shown = most_periods_shown(signals); shown > 0 && shown < kUsualPeriods)
+    spots.push_back({"a ripple of more than " + short_number(shown) +
+                         " periods a turn does not show: at these speeds it is above the analysed band; turn "
+                         "the joint more slowly",
+                     {}});
   if (c.longest_s < kMinRunning_s)
     spots.push_back(
         {"no recording is longer than fifteen seconds: thermal drift does not show", {"thermal_drift"}});

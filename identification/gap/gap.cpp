@@ -15,6 +15,7 @@
 #include "identification/gap/delivery.h"
 #include "identification/gap/diagnosis.h"
 #include "identification/gap/excerpts.h"
+#include "identification/gap/fast_ripple.h"
 #include "identification/gap/fitted_model.h"
 #include "identification/gap/held_out_names.h"
 #include "identification/gap/implied_drive.h"
@@ -406,6 +407,7 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
     }
   }
   result.notes = std::move(taken_back);
+  if (std::string note = fast_ripple_note(searched); !note.empty()) result.notes.push_back(std::move(note));
   result.blind_spots = blind_spots(searched, rest.rests);
   const FittedModel refitted = refined(given, rows, parts.training.rows);
   const Eigen::VectorXd left = residual(final);
