@@ -16,11 +16,12 @@ namespace model::friction {
 /// The random numbers come from a Lehmer generator in the state: the same states and motions give the same
 /// friction. A zero state has a fixed seed; another integer in State::x[kBristles], 1 to 2147483646, is
 /// another seed.
-/// A bond that breaks within a step contributes its mean over the step, the others their end value: passive
-/// in every step. If a step is longer than 2·δ, friction is the mean, and new positions are drawn from the
-/// density.
-/// No damper: a stuck joint rings. Stable for dt < 2·√(J/K).
-/// State: ten deflections [rad], the generator.
+/// A bond that has broken since the last reversal slides: it contributes its mean over a step, with which the
+/// mean of F is exact for steps of any length. The others stick and contribute the value at the end of the
+/// step, with which a joint that rings on them gains no energy (law.h). Passive in every step. If a step is
+/// longer than 2·δ, friction is the mean, and new positions are drawn from the density. No damper: a stuck
+/// joint rings. Stable for dt < 2·√(J/K). State: ten deflections [rad], the generator, direction of the last
+/// motion, which bonds slide (a bit each).
 class Bristle {
  public:
   static constexpr std::string_view kName = "bristle";
