@@ -13,7 +13,9 @@ constexpr std::size_t kDirection = kMaxElements + 1;
 Gms::Gms(const Parameters& parameters)
     : parameters_(checked<Gms>(parameters)),
       curve_(parameters),
-      elements_(kName, parameters.stiffness_Nm_per_rad, parameters.share) {}
+      elements_(kName, parameters.stiffness_Nm_per_rad, parameters.share),
+      damping_Nm_s_per_rad_(elements_.of_elements(parameters.damping_Nm_s_per_rad)),
+      attraction_Nm_per_s_(elements_.of_elements(parameters.attraction_Nm_per_s)) {}
 
 double Gms::step(State& state, const Contact& contact, double dt_s) const noexcept {
   if (!usable(contact, dt_s)) return 0.0;
@@ -25,8 +27,6 @@ double Gms::step(State& state, const Contact& contact, double dt_s) const noexce
 
   const double level = curve_.level_Nm(velocity);
   const double way = velocity * dt_s;
-  const double left = std::exp(-parameters_.attraction_Nm_per_s * dt_s /
-                               level);  // remaining share of a distance to the equilibrium
   double sum = 0.0;
   for (std::size_t i = 0; i < elements_.count(); ++i) {
     const std::uint32_t bit = std::uint32_t{1} << i;
@@ -35,9 +35,18 @@ double Gms::step(State& state, const Contact& contact, double dt_s) const noexce
     if (velocity != 0) {
       // Also if the bound fell below a sticking element.
       const bool slips = (slipping & bit) != 0 || direction * (torque - rest) > 0;
-      torque = slips ? rest + (torque - rest) * left : torque + elements_.stiffness_Nm_per_rad(i) * way;
-      if (!slips && direction * (torque - rest) > 0) torque = rest;
+      double z_per_s = velocity;
+      if (slips) {
+        const double per_s = attraction_Nm_per_s_[i] / level;
+        torque = rest + (torque - rest) * std::exp(-per_s * dt_s);
+        z_per_s = per_s * (rest - torque) * elements_.compliance_rad_per_Nm(i);
+      } else {
+        torque += elements_.stiffness_Nm_per_rad(i) * way;
+        if (direction * (torque - rest) > 0) torque = rest;
+        if (torque == rest) z_per_s = 0;
+      }
       if (slips || torque == rest) slipping |= bit;
+      sum += damping_Nm_s_per_rad_[i] * z_per_s;
     }
     sum += torque;
   }

@@ -11,17 +11,17 @@
 namespace model::friction {
 
 /// element i sticks: dFᵢ/dt = kᵢ·v until |Fᵢ| = νᵢ·s(v)
-///           slips:   dFᵢ/dt = sgn(v)·C·(νᵢ − |Fᵢ|/s(v))   until v is zero or reverses
-/// F = Σ Fᵢ + σ2·v, Σ νᵢ = 1
-/// [V. Lampaert, F. Al-Bender, J. Swevers 2003; F. Al-Bender, V. Lampaert, J. Swevers, Chaos 14, 2004]
+///           slips:   dFᵢ/dt = sgn(v)·Cᵢ·(νᵢ − Fᵢ·sgn(v)/s(v))   until v is zero or reverses
+/// F = Σ (Fᵢ + σᵢ·dzᵢ/dt) + σ2·v, Fᵢ = kᵢ·zᵢ, Σ νᵢ = 1
+/// [V. Lampaert, F. Al-Bender, J. Swevers 2003; F. Al-Bender, V. Lampaert, J. Swevers, Chaos 14, 2004, with
+/// one C and without σᵢ; each element its own: thesis 2.3, whose Cᵢ is Cᵢ·νᵢ/kᵢ in rad/s]
 /// A step is exact for constant velocity, including slip within it: νᵢ·s is the equilibrium of a slipping
 /// element, so an element that reaches it stays, and a slipping one follows the exponential with time
-/// constant s/C. Stable coupled to J as coupled_step_limit_s() of Σkᵢ and σ2. Closed inner loops, no drift
-/// below the first slip.
-/// If s depends on speed, the published law is not passive: a slipping element moves from one νᵢ·s(v) to
-/// another at the rate C and not by the joint's displacement, and a reversal returns the energy that the
-/// spring then seems to store. With Fs = Fc it is passive.
-/// State: Fᵢ [N·m], which elements slip (a bit each), direction of the last motion.
+/// constant s/Cᵢ; dzᵢ/dt is that at its end. Stable coupled to J as coupled_step_limit_s() of Σkᵢ and Σσᵢ +
+/// σ2. Closed inner loops, no drift below the first slip. If s depends on speed, the published law is not
+/// passive: a slipping element moves from one νᵢ·s(v) to another at the rate Cᵢ and not by the joint's
+/// displacement, and a reversal returns the energy that the spring then seems to store. With Fs = Fc it is
+/// passive. State: Fᵢ [N·m], which elements slip (a bit each), direction of the last motion.
 class Gms {
  public:
   static constexpr std::string_view kName = "gms";
@@ -30,20 +30,19 @@ class Gms {
     double static_Nm = 0.08976;   ///< Fs
     double stribeck_velocity_rad_per_s = 0.1516;                                                   ///< vs
     double stribeck_exponent = 1.047;                                                              ///< δ
-    double attraction_Nm_per_s = 0.75;                                                             ///< C
     double viscous_Nm_s_per_rad = 0.01898;                                                         ///< σ2
     MaxwellElements::Values stiffness_Nm_per_rad = MaxwellElements::kDefaultStiffness_Nm_per_rad;  ///< kᵢ
     MaxwellElements::Values share = MaxwellElements::kDefaultShare;                                ///< νᵢ
+    MaxwellElements::Values damping_Nm_s_per_rad{};                                                ///< σᵢ
+    MaxwellElements::Values attraction_Nm_per_s{0.75, 0.75, 0.75, 0.75, 0.75,
+                                                0.75, 0.75, 0.75, 0.75, 0.75};  ///< Cᵢ
   };
   static constexpr auto kParameters =
       rows::joined(std::to_array<ParameterInfo<Parameters>>(
-                       {rows::coulomb<Parameters>(),
-                        rows::static_torque<Parameters>(),
-                        rows::stribeck_velocity<Parameters>(),
-                        rows::stribeck_exponent<Parameters>(),
-                        {"attraction_Nm_per_s", member<&Parameters::attraction_Nm_per_s>, 1e-9, 1e9},
+                       {rows::coulomb<Parameters>(), rows::static_torque<Parameters>(),
+                        rows::stribeck_velocity<Parameters>(), rows::stribeck_exponent<Parameters>(),
                         rows::viscous<Parameters>()}),
-                   rows::elements<Parameters>());
+                   rows::joined(rows::elements<Parameters>(), rows::slip_of_elements<Parameters>()));
 
   /// @throws std::invalid_argument as checked(), or if no element has a share.
   explicit Gms(const Parameters& parameters);
@@ -53,14 +52,17 @@ class Gms {
   double steady_Nm(double velocity_rad_per_s) const noexcept;
   double stored_energy_J(const State& state) const noexcept { return elements_.energy_J(state.x.data()); }
   double max_step_s(double inertia_kg_m2) const noexcept {
-    return coupled_step_limit_s(elements_.total_stiffness_Nm_per_rad(), parameters_.viscous_Nm_s_per_rad,
-                                inertia_kg_m2);
+    double damping = parameters_.viscous_Nm_s_per_rad;
+    for (const double each : damping_Nm_s_per_rad_) damping += each;
+    return coupled_step_limit_s(elements_.total_stiffness_Nm_per_rad(), damping, inertia_kg_m2);
   }
 
  private:
   Parameters parameters_;
   StribeckCurve curve_;
   MaxwellElements elements_;
+  MaxwellElements::Values damping_Nm_s_per_rad_;  // of the elements with a share
+  MaxwellElements::Values attraction_Nm_per_s_;   // likewise
 };
 
 }  // namespace model::friction

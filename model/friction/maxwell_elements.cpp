@@ -12,6 +12,7 @@ MaxwellElements::MaxwellElements(std::string_view law, const Values& stiffness_N
     if (!(share[i] > 0)) continue;
     stiffness_Nm_per_rad_[count_] = stiffness_Nm_per_rad[i];
     compliance_rad_per_Nm_[count_] = 1 / stiffness_Nm_per_rad[i];
+    row_[count_] = i;
     share_[count_++] = share[i];
     sum += share[i];
   }

@@ -26,7 +26,7 @@ Gms::Parameters four() {
   parameters.static_Nm = kFs;
   parameters.stribeck_velocity_rad_per_s = 0.1;
   parameters.stribeck_exponent = 2;
-  parameters.attraction_Nm_per_s = 2;
+  parameters.attraction_Nm_per_s.fill(2);
   parameters.viscous_Nm_s_per_rad = 0;
   parameters.share = {0.4, 0.3, 0.2, 0.1};
   parameters.stiffness_Nm_per_rad = {
@@ -164,7 +164,7 @@ TEST(Gms, WithTheStribeckEffectCanReturnMoreThanItTook) {
   Gms::Parameters parameters = four();
   parameters.share = {1};
   parameters.stiffness_Nm_per_rad[0] = 10;
-  parameters.attraction_Nm_per_s = 1e4;
+  parameters.attraction_Nm_per_s.fill(1e4);
   const Gms law(parameters);
   State state;
   double taken = 0;
