@@ -202,19 +202,23 @@ void keep(const std::string& name, const model::effects::DriveModel& model, Mode
     models.push_back({name, runtime::drive_model_text(model)});
 }
 
+/// Names of a drive model for each wheel; empty if the key is missing or refused.
+std::vector<std::string> four_names(TomlTable& table, std::string_view key) {
+  std::vector<std::string> names;
+  table.texts(key, names);
+  if (names.empty() || names.size() == 4) return names;
+  table.refuse(key,
+               "should have a drive model for each of the 4 wheels, found " + std::to_string(names.size()));
+  return {};
+}
+
 /// A curve that drops below zero within the wheels' speed range is not friction: its compensation would drive
 /// them.
 void read_wheel_models(TomlTable& table, const std::filesystem::path& folder, double top_speed_rad_per_s,
                        control::BaseController::Config& controller, Models& models) {
   constexpr std::string_view kKey = "models";
-  std::vector<std::string> names;
-  table.texts(kKey, names);
-  if (names.empty()) return;
-  if (names.size() != 4)
-    return table.refuse(
-        kKey, "should have a drive model for each of the 4 wheels, found " + std::to_string(names.size()));
   std::vector<model::JointResistance> wheels;
-  for (const std::string& name : names) {
+  for (const std::string& name : four_names(table, kKey)) {
     const auto model = read_model(table, kKey, folder, name);
     if (!model) continue;
     keep(name, *model, models);
@@ -266,12 +270,21 @@ void read_simulated_wheels(TomlTable& table, const std::filesystem::path& folder
   int seed = -1;
   table.text("model", model);
   table.integer("hidden_effect", seed, {.min = 0, .max = runtime::HiddenEffect::kMaxSeed});
-  if (!model.empty() && seed >= 0)
-    return table.refuse("hidden_effect",
-                        "and 'simulation.model' exclude each other: wheels follow one of them");
-  if (!model.empty()) simulation.model = read_model(table, "model", folder, model);
-  if (!model.empty() && simulation.model) keep(model, *simulation.model, models);
-  if (seed >= 0) simulation.model = runtime::HiddenEffect(static_cast<std::uint64_t>(seed)).wheel_model();
+  const std::vector<std::string> each = four_names(table, "models");
+  if (!model.empty() && !each.empty())
+    return table.refuse("models", "and 'simulation.model' exclude each other: wheels follow one of them");
+  if ((!model.empty() || !each.empty()) && seed >= 0)
+    return table.refuse("hidden_effect", std::string("and 'simulation.model") + (each.empty() ? "'" : "s'") +
+                                             " exclude each other: wheels follow one of them");
+  const auto follow = [&](std::string_view key, const std::string& name) {
+    const auto read = read_model(table, key, folder, name);
+    if (!read) return;
+    keep(name, *read, models);
+    simulation.models.push_back(*read);
+  };
+  if (!model.empty()) follow("model", model);
+  for (const std::string& name : each) follow("models", name);
+  if (seed >= 0) simulation.models = {runtime::HiddenEffect(static_cast<std::uint64_t>(seed)).wheel_model()};
 }
 
 void read_simulation(TomlTable table, const std::filesystem::path& folder, sim::BaseParameters& simulation,

@@ -27,7 +27,9 @@ BaseParameters checked(const BaseParameters& parameters) {
 }  // namespace
 
 Base::Base(const BaseParameters& parameters)
-    : parameters_(checked(parameters)), wheels_(parameters, parameters.mass_kg) {}
+    : parameters_(checked(parameters)), wheels_(parameters, parameters.mass_kg) {
+  wheels_.require_stable(std::chrono::duration<double>(parameters.step).count());
+}
 
 void Base::measure(std::span<hal::JointSample> samples) noexcept { wheels_.measure(samples); }
 

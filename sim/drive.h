@@ -61,6 +61,7 @@ class Drive {
   double friction_torque_Nm() const noexcept { return parts_.friction_torque_Nm(); }  ///< likewise
   double inertia_kg_m2() const noexcept { return parts_.inertia_kg_m2(); }
   double breakaway_Nm(double direction) const noexcept { return parts_.breakaway_Nm(direction); }
+  double longest_step_s() const noexcept { return parts_.longest_step_s(); }  ///< stable for friction laws
   const Motor& motor() const noexcept { return motor_; }
   void set_velocity(double velocity_rad_per_s) noexcept { parts_.set_velocity(velocity_rad_per_s); }
 

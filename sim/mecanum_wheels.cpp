@@ -40,7 +40,8 @@ void require_not_negative(double value, const char* name) {
 /// A wheel whose friction is in the effects only.
 Drive make_modelled_wheel(const MecanumWheelParameters& parameters, int wheel) {
   DriveParameters drive = parameters.drive;
-  const model::effects::DriveModel& model = *parameters.model;
+  const auto own = static_cast<std::size_t>(wheel - 1);
+  const model::effects::DriveModel& model = parameters.models[parameters.models.size() > 1 ? own : 0];
   const double rotor_kg_m2 = drive.motor.rotor_inertia_kg_m2 * drive.gear_ratio * drive.gear_ratio;
   drive.load_inertia_kg_m2 = model.inertia_kg_m2 - rotor_kg_m2;
   drive.effects.insert(drive.effects.begin(), model.effects.begin(), model.effects.end());
@@ -49,7 +50,7 @@ Drive make_modelled_wheel(const MecanumWheelParameters& parameters, int wheel) {
 }
 
 Drive make_wheel(const MecanumWheelParameters& parameters, int wheel) {
-  if (parameters.model) return make_modelled_wheel(parameters, wheel);
+  if (!parameters.models.empty()) return make_modelled_wheel(parameters, wheel);
   // A fine grid: the plant is the measured curve, and the compensator's coarse table is an approximation of
   // it.
   const model::friction::SlidingTable table =
@@ -69,6 +70,9 @@ MecanumWheelParameters checked(const MecanumWheelParameters& parameters) {
   require_positive(parameters.drive.motor.torque_constant_Nm_per_A, "torque_constant_Nm_per_A");
   require_positive(parameters.drive.motor.inductance_H, "inductance_H");
   require_positive(parameters.drive.motor.resistance_ohm, "resistance_ohm");
+  if (const std::size_t models = parameters.models.size(); models > 1 && models != MecanumWheels::kCount)
+    throw std::invalid_argument("simulated base: " + std::to_string(models) +
+                                " drive models, expected one for all wheels or one for each of the 4");
   for (const double scale : parameters.loaded_friction_scale)
     require_positive(scale, "loaded_friction_scale");
   for (const double scale : parameters.grip_scale) require_not_negative(scale, "grip_scale");
@@ -141,6 +145,14 @@ void MecanumWheels::sense(double interval_s) noexcept {
 void MecanumWheels::measure(std::span<hal::JointSample> samples) const noexcept {
   std::transform(wheels_.begin(), wheels_.end(), samples.begin(),
                  [](const Drive& wheel) { return wheel.measured(); });
+}
+
+void MecanumWheels::require_stable(double step_s) const {
+  for (std::size_t i = 0; i < kCount; ++i)
+    if (const double longest_s = wheels_[i].longest_step_s(); !(step_s < longest_s))
+      throw std::invalid_argument("simulated wheel " + std::to_string(i + 1) + ": its friction law needs " +
+                                  "steps below " + std::to_string(1e6 * longest_s) + " us, not " +
+                                  std::to_string(1e6 * step_s));
 }
 
 double MecanumWheels::kinetic_energy_J() const noexcept {

@@ -6,8 +6,8 @@
 #pragma once
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <span>
+#include <vector>
 
 #include "control/link_map.h"
 #include "control/planar.h"
@@ -22,9 +22,9 @@ struct MecanumWheelParameters {
   bool on_ground = true;  ///< false: wheels turn freely in the air, the body stays where it is
   control::BaseGeometry geometry;
   DriveParameters drive;
-  /// Replaces the measured curves of the wheels, all four alike: friction and inertia, and the noise of their
-  /// torque sensors if given.
-  std::optional<model::effects::DriveModel> model{};
+  /// Replaces the measured curves of the wheels: friction and inertia, and the noise of their torque sensors
+  /// if given. None, one for all wheels, or one for each.
+  std::vector<model::effects::DriveModel> models{};
   /// Factor on the measured curves, which were taken with lifted wheels: loaded bearings and rollers have
   /// more friction, and not all wheels the same. An assumption, so that a compensator based on the measured
   /// curves is tested with model errors. When lifted, the curves apply as measured.
@@ -68,6 +68,8 @@ class MecanumWheels {
 
   Drive& operator[](std::size_t index) noexcept { return wheels_[index]; }
   double kinetic_energy_J() const noexcept;
+  /// @throws std::invalid_argument if a wheel's friction law needs shorter steps.
+  void require_stable(double step_s) const;
 
  private:
   MecanumWheelParameters parameters_;

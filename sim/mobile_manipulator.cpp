@@ -60,6 +60,7 @@ MobileManipulator::MobileManipulator(const MobileManipulatorParameters& paramete
       wheels_(parameters.wheels, model_.total_mass_kg()),
       joints_(make_joints()),
       environment_(environment) {
+  wheels_.require_stable(seconds(parameters_.step));
   held_.v = v_;
   look_at_tip();
 }

@@ -1,6 +1,8 @@
 /// @file
 /// Simulation of a drive model: exactly the content of its file.
 #pragma once
+#include <span>
+
 #include "model/effects/drive_model.h"
 #include "sim/moving_parts.h"
 
@@ -10,8 +12,10 @@ namespace sim {
 /// loop is ideal: its imperfections are actuator effects. One thread; step() neither allocates nor locks.
 class ModelDrive {
  public:
-  /// `step_s`: sample period; a command holds that long, and each is integrated in `substeps` parts.
-  /// @throws std::invalid_argument for a model without inertia.
+  /// `step_s`: sample period; a command holds that long, and each is integrated in `substeps` parts, or in
+  /// more if a friction law of the model needs shorter ones.
+  /// @throws std::invalid_argument for a model without inertia, or with a law that needs steps below a
+  /// ten-thousandth of `step_s`.
   ModelDrive(const model::effects::DriveModel& model, double step_s, int substeps = 4);
 
   void step(double command_Nm) noexcept;
@@ -35,6 +39,8 @@ class ModelDrive {
   }  ///< behind a gap or a spring
   /// Of the friction contact.
   void set_deflection(double deflection_rad) noexcept { parts_.set_deflection(deflection_rad); }
+  /// Of the friction laws with memory; one each, in the order of the effects.
+  void set_laws(std::span<const model::friction::State> states) noexcept { parts_.set_laws(states); }
   void set_running(double running_s) noexcept {
     parts_.set_running(running_s);
   }  ///< for how long it has moved

@@ -33,14 +33,40 @@ MovingParts::MovingParts(const model::effects::Mechanics& mechanics,
       load_(mass(mechanics.load_share, mechanics.friction_share())) {}
 
 MovingParts::Mass MovingParts::mass(double inertia_share, double friction_share) const {
-  return {inertia_share * mechanics_.inertia_kg_m2, friction_share, contact(mechanics_, friction_share)};
+  return {inertia_share * mechanics_.inertia_kg_m2, friction_share, contact(mechanics_, friction_share),
+          std::vector<model::friction::State>(effects_.law_count())};
+}
+
+double MovingParts::longest_step_s() const noexcept {
+  const double motor_s = effects_.longest_step_s(motor_.inertia_kg_m2, motor_.friction_share);
+  return mechanics_.two_masses()
+             ? std::min(motor_s, effects_.longest_step_s(load_.inertia_kg_m2, load_.friction_share))
+             : motor_s;
+}
+
+/// Of the laws with memory. Where effects reduce friction by more than the contact carries, by direction of
+/// the deflection, not of the velocity: a loaded joint that rings while it sticks gains no energy from that.
+double MovingParts::laws_Nm(Mass& mass, double torque_Nm, const Effort& effort,
+                            double step_s) const noexcept {
+  const double friction =
+      effects_.laws_Nm(mass.laws, {mass.velocity_rad_per_s, torque_Nm / mass.friction_share}, step_s);
+  const double speed = std::abs(mass.velocity_rad_per_s);
+  const double direction = std::copysign(1.0, friction);
+  const double beyond = std::min(contact_level_Nm(speed, direction, effort), 0.0);
+  if (beyond == 0) return mass.friction_share * friction;
+  const double steady = direction * effects_.steady_laws_Nm(std::copysign(speed, direction));
+  return mass.friction_share * friction * std::max(1 + beyond / steady, 0.0);
 }
 
 double MovingParts::move(Mass& mass, double torque_Nm, const Effort& effort, double step_s) noexcept {
   const double speed = std::abs(mass.velocity_rad_per_s);
-  const double friction = mass.contact.step(
+  double friction = mass.contact.step(
       mass.velocity_rad_per_s,
-      [&](double direction) { return mass.friction_share * level_Nm(speed, direction, effort); }, step_s);
+      [&](double direction) {
+        return mass.friction_share * std::max(contact_level_Nm(speed, direction, effort), 0.0);
+      },
+      step_s);
+  if (!mass.laws.empty()) friction += laws_Nm(mass, torque_Nm, effort, step_s);
   mass.velocity_rad_per_s += step_s / mass.inertia_kg_m2 * (torque_Nm - friction);
   mass.position_rad += step_s * mass.velocity_rad_per_s;
   return friction;
@@ -76,6 +102,11 @@ void MovingParts::step(double motor_torque_Nm, double load_Nm, double step_s) no
 
 void MovingParts::set_velocity(double velocity_rad_per_s) noexcept {
   motor_.velocity_rad_per_s = load_.velocity_rad_per_s = velocity_rad_per_s;
+}
+
+void MovingParts::set_laws(std::span<const model::friction::State> states) noexcept {
+  std::ranges::copy(states, motor_.laws.begin());
+  std::ranges::copy(states, load_.laws.begin());
 }
 
 void MovingParts::set_position(double position_rad) noexcept {

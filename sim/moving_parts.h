@@ -1,8 +1,11 @@
 /// @file
 /// The mechanical half of a drive: one mass with friction, or two with a gap and a spring between them.
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "model/effects/effect_chain.h"
 #include "model/friction/sliding_table.h"
@@ -12,8 +15,10 @@ namespace sim {
 
 /// J·dω/dt = τ − friction(ω, z) − load(θ), integrated semi-implicitly: velocity first, then position with the
 /// new velocity. Friction is the sum of a measured curve, if there is one, and of the effects; a bristle
-/// carries it, so that a joint at rest rests. With a gap or spring the load has its shares of inertia and
-/// friction, and the motor the rest. One thread. Cycle: step() neither allocates nor locks.
+/// carries it, so that a joint at rest rests. A friction law with memory has springs of its own and acts
+/// beside the bristle. Effects that reduce friction reduce the bristle's first, then the laws' in proportion.
+/// With a gap or spring the load has its shares of inertia and friction, and the motor the rest. One thread.
+/// Cycle: step() neither allocates nor locks.
 class MovingParts {
  public:
   /// `mechanics` includes the `effects` (EffectChain::arranged); its friction contact is a spring.
@@ -32,7 +37,13 @@ class MovingParts {
   double velocity_rad_per_s() const noexcept { return load().velocity_rad_per_s; }
   double friction_torque_Nm() const noexcept { return friction_torque_Nm_; }  ///< total, last step
   double inertia_kg_m2() const noexcept { return mechanics_.inertia_kg_m2; }  ///< total
-  double breakaway_Nm(double direction) const noexcept { return level_Nm(0, direction, {}); }
+  double breakaway_Nm(double direction) const noexcept {
+    return std::max(contact_level_Nm(0, direction, {}) +
+                        direction * effects_.steady_laws_Nm(std::copysign(0.0, direction)),
+                    0.0);
+  }
+  /// Longest step in which the friction laws are stable; infinite without one.
+  double longest_step_s() const noexcept;
   void set_velocity(double velocity_rad_per_s) noexcept;
   void set_position(double position_rad) noexcept;
   /// Of the load only, if there is one.
@@ -45,6 +56,8 @@ class MovingParts {
     motor_.contact.set_deflection(deflection_rad);
     load_.contact.set_deflection(deflection_rad);
   }
+  /// Of the friction laws with memory; one each, in the order of the effects.
+  void set_laws(std::span<const model::friction::State> states) noexcept;
   void set_running(double running_s) noexcept { running_s_ = running_s; }  ///< time in motion so far
 
  private:
@@ -52,6 +65,7 @@ class MovingParts {
     double inertia_kg_m2;
     double friction_share;
     BoundedBristle contact;
+    std::vector<model::friction::State> laws{};
     double position_rad = 0;
     double velocity_rad_per_s = 0;
   };
@@ -62,17 +76,18 @@ class MovingParts {
   };
   Mass mass(double inertia_share, double friction_share) const;
   const Mass& load() const noexcept { return mechanics_.two_masses() ? load_ : motor_; }
-  /// Inline: most of a step depends on it.
-  double level_Nm(double speed_rad_per_s, double direction, const Effort& effort) const noexcept {
+  /// Inline: most of a step depends on it. May be negative.
+  double contact_level_Nm(double speed_rad_per_s, double direction, const Effort& effort) const noexcept {
     const double curve_Nm = curve_ ? curve_->level_Nm(std::copysign(speed_rad_per_s, direction)) : 0;
     if (effects_.empty()) return curve_Nm;
-    return curve_Nm + effects_.level_under_Nm({.speed_rad_per_s = speed_rad_per_s,
-                                               .direction = direction,
-                                               .running_s = running_s_,
-                                               .position_rad = motor_.position_rad,
-                                               .load_Nm = effort.load_Nm},
-                                              effort.motor_Nm);
+    return curve_Nm + effects_.contact_level_under_Nm({.speed_rad_per_s = speed_rad_per_s,
+                                                       .direction = direction,
+                                                       .running_s = running_s_,
+                                                       .position_rad = motor_.position_rad,
+                                                       .load_Nm = effort.load_Nm},
+                                                      effort.motor_Nm);
   }
+  double laws_Nm(Mass& mass, double torque_Nm, const Effort& effort, double step_s) const noexcept;
   /// Friction on that mass over the step; updates its velocity and position.
   double move(Mass& mass, double torque_Nm, const Effort& effort, double step_s) noexcept;
   double shaft_torque_Nm(double step_s) const noexcept;

@@ -357,8 +357,12 @@ int run_experiment(ExperimentRequest request) {
   robot.simulation.step = std::chrono::nanoseconds(std::llround(settings.simulation_step_s * 1e9));
   robot.simulation.noise_seed = static_cast<std::uint64_t>(settings.noise_seed);
   // Absolute, so that the experiment can be resumed from anywhere.
-  if (!settings.model.empty()) settings.model = std::filesystem::absolute(settings.model).string();
-  robot.simulation.model = runtime::simulated_wheel_model(settings.model, hidden_effect_of(settings));
+  std::vector<std::string> models = split(settings.model);
+  settings.model.clear();
+  for (std::string& model : models)
+    settings.model +=
+        (settings.model.empty() ? "" : ",") + (model = std::filesystem::absolute(model).string());
+  robot.simulation.models = runtime::simulated_wheel_models(models, hidden_effect_of(settings));
   const ExperimentPlan plan{.name = request.name,
                             .result = request.result,
                             .make =

@@ -46,7 +46,10 @@ struct ExperimentSettings {
     v(Parameter{"robot", "loopback, wire, ethercat:IFACE, can:IFACE"}, robot);
     v(Parameter{"joints", "such as wheel-2, or wheel-1,wheel-3, or arm-2 alone; none named: all wheels"},
       joints);
-    v(Parameter{"model", "drive model file that simulated wheels follow; none: the measured curves"}, model);
+    v(Parameter{"model",
+                "drive model file that simulated wheels follow, or four, separated by commas; none: the "
+                "measured curves"},
+      model);
     v(Parameter{"hidden_effect", "seed of a hidden effect injected into the simulated wheels; -1: none", -1,
                 runtime::HiddenEffect::kMaxSeed},
       hidden_effect);

@@ -7,6 +7,8 @@
 #include <map>
 #include <optional>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "apps/youbot_sim/fault_file.h"
 #include "apps/youbot_sim/frame_socket.h"
@@ -51,7 +53,7 @@ struct Arguments {
   std::string faults_file;
   std::string scene_file;
   std::string record_file;
-  std::string model_file;
+  std::vector<std::string> model_files;
   std::optional<std::uint64_t> hidden_effect;
   double duration_s = 0.0;
   bool lock_step = false;
@@ -68,7 +70,7 @@ sim::bus::YoubotBusOptions robot_options(const Arguments& arguments) {
   options.slave.mailbox_demand = kDemands.at(arguments.boards);
   options.wire.timed = false;
   options.mark = arguments.lock_step ? drivers::ethercat::kLockStepMark : drivers::ethercat::kSimulatedMark;
-  options.base.model = runtime::simulated_wheel_model(arguments.model_file, arguments.hidden_effect);
+  options.base.models = runtime::simulated_wheel_models(arguments.model_files, arguments.hidden_effect);
   if (!arguments.scene_file.empty()) {
     if (!options.coupled)
       throw std::invalid_argument("--scene needs --robot base+arm: only its end effector can touch objects");
@@ -150,8 +152,10 @@ int main(int argc, char** argv) {
       "--record", arguments.record_file,
       "file, .csv or .mcap, a row for each emulated millisecond: true motion, values reported to the master "
       "and commands followed; FILE_FORMATS.md lists the columns");
-  app.add_option("--model", arguments.model_file,
-                 "drive model file that the wheels follow; none: the measured curves");
+  app.add_option("--model", arguments.model_files,
+                 "drive model file that the wheels follow, or four, separated by commas; none: the measured "
+                 "curves")
+      ->delimiter(',');
   app.add_option("--hidden-effect", arguments.hidden_effect,
                  "seed of a hidden effect of the wheels; `youbot-bench reveal` prints it")
       ->check(runtime::finite_range(0, runtime::HiddenEffect::kMaxSeed));

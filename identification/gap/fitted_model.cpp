@@ -171,6 +171,7 @@ std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows
   }
   for (std::size_t i = 0; i < fitted.model.effects.size(); ++i) {
     const AnyEffect& effect = fitted.model.effects[i];
+    if (std::holds_alternative<model::effects::FrictionLaw>(effect)) continue;
     for (const auto& parameter : model::effects::description_of(effect).parameters) {
       if (std::holds_alternative<model::effects::Stribeck>(effect) && parameter.name == "tail") continue;
       if (parameter.name == kFlank) continue;

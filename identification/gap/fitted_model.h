@@ -62,9 +62,9 @@ struct FreeParameter {
 bool is_late(std::string_view effect) noexcept;
 
 /// All except the tail of a Stribeck curve, which is one of two forms, the `load_share` of a gear, one of
-/// three, and the `flank_Hz` of a gap, which is not visible: inertia (within its tolerance, unless there is
-/// an inertia effect), lag and smoothing of the torque (for a command, at most half a period, unless
-/// something makes it late), and the parameters of all effects.
+/// three, the `flank_Hz` of a gap, which is not visible, and the parameters of friction laws, which are
+/// given: inertia (within its tolerance, unless there is an inertia effect), lag and smoothing of the torque
+/// (for a command, at most half a period, unless something makes it late), and the parameters of all effects.
 std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows& rows);
 FittedModel with_value(const FittedModel& fitted, const FreeParameter& parameter, double value);
 

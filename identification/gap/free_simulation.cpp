@@ -78,6 +78,7 @@ std::vector<double> FreeSimulation::velocity(const Window& window) const {
     drive.set_load(start.position_rad - load_->twist_rad[window.first],
                    start.velocity_rad_per_s - load_->twist_rate_rad_per_s[window.first]);
   if (!deflection_rad_.empty()) drive.set_deflection(deflection_rad_[window.first]);
+  drive.set_laws(law_states(model_, s, window.first));
   drive.set_running(s.running_s[window.first]);
   std::vector<double> velocity;
   for (std::size_t i = window.first; i < window.first + window.length; ++i) {

@@ -24,7 +24,7 @@ struct Friction {
   std::vector<double> deflection_rad;  // of the bristle; empty without one
 };
 /// Friction of a bristle between the levels of the two directions, or by the sign of the velocity without
-/// one.
+/// one, and of the laws with memory, which act beside it as in sim::MovingParts.
 Friction friction(const model::effects::EffectChain& chain, const model::effects::DriveModel& model,
                   const Signals& s, const std::vector<double>& load) {
   const double inertia = chain.arranged({.inertia_kg_m2 = model.inertia_kg_m2}).inertia_kg_m2;
@@ -34,18 +34,25 @@ Friction friction(const model::effects::EffectChain& chain, const model::effects
   Friction result{.torque_Nm = std::vector<double>(s.size()), .deflection_rad = {}};
   if (contact != nullptr) result.deflection_rad.reserve(s.size());
   double spring_Nm = 0;
+  std::vector<model::friction::State> laws(chain.law_count());
   for (std::size_t i = 0; i < s.size(); ++i) {
     double& torque_Nm = result.torque_Nm[i];
     const double v = s.velocity_rad_per_s[i];
     const model::effects::Slide slide = slide_at(s, i, load[i], inertia);
+    const double laws_Nm = chain.laws_Nm(laws, {v, 0}, s.period_s);
+    const auto level_Nm = [&](double direction) {
+      return std::max(chain.contact_level_Nm(towards(slide, direction)),
+                      laws.empty() ? 0.0 : -std::abs(laws_Nm));
+    };
     if (contact == nullptr) {
       const double forward = 0.5 + 0.5 * s.direction[i];
-      if (forward > kNever) torque_Nm += forward * chain.level_Nm(towards(slide, +1));
-      if (1 - forward > kNever) torque_Nm -= (1 - forward) * chain.level_Nm(towards(slide, -1));
+      torque_Nm = laws_Nm;
+      if (forward > kNever) torque_Nm += forward * level_Nm(+1);
+      if (1 - forward > kNever) torque_Nm -= (1 - forward) * level_Nm(-1);
       continue;
     }
-    const double forward = chain.level_Nm(towards(slide, +1));
-    const double backward = chain.level_Nm(towards(slide, -1));
+    const double forward = std::max(level_Nm(+1), 0.0);
+    const double backward = std::max(level_Nm(-1), 0.0);
     const double moved = i > 0 ? s.position_rad[i] - s.position_rad[i - 1] : 0;
     const double before_Nm =
         std::exchange(spring_Nm, model::friction::dahl_force(spring_Nm, moved, bristle.stiffness_Nm_per_rad,
@@ -55,6 +62,7 @@ Friction friction(const model::effects::EffectChain& chain, const model::effects
     torque_Nm = bristle.exponent > 0
                     ? spring_Nm + bristle.damping_Nm_s_per_rad * rate
                     : std::clamp(spring_Nm + bristle.damping_Nm_s_per_rad * v, -backward, forward);
+    torque_Nm += laws_Nm;
     result.deflection_rad.push_back(spring_Nm / bristle.stiffness_Nm_per_rad);
   }
   return result;
@@ -109,6 +117,21 @@ LoadSide load_side_behind_encoder(const model::effects::DriveModel& model,
   return load_side(chain.arranged({.inertia_kg_m2 = model.inertia_kg_m2}), chain, s,
                    {drive, at_positions(s, [&](double x) { return chain.motor_load_Nm(x); }),
                     at_positions(s, [&](double x) { return chain.load_Nm(x); })});
+}
+
+std::vector<double> bristle_deflection_rad(const model::effects::DriveModel& model, const Signals& s) {
+  const model::effects::EffectChain chain(model.effects);
+  return friction(chain, model, s, at_positions(s, [&](double x) { return chain.load_Nm(x); }))
+      .deflection_rad;
+}
+
+std::vector<model::friction::State> law_states(const model::effects::DriveModel& model, const Signals& s,
+                                               std::size_t sample) {
+  const model::effects::EffectChain chain(model.effects);
+  std::vector<model::friction::State> states(chain.law_count());
+  for (std::size_t i = 0; i < sample && !states.empty(); ++i)
+    (void)chain.laws_Nm(states, {s.velocity_rad_per_s[i], 0}, s.period_s);
+  return states;
 }
 
 std::vector<double> torque_behind_encoder_Nm(const model::effects::DriveModel& model,

@@ -22,6 +22,10 @@ std::vector<double> predicted_torque_Nm(const model::effects::DriveModel& model,
 /// Deflection of the bristle of a model with presliding at each sample; empty without one.
 std::vector<double> bristle_deflection_rad(const model::effects::DriveModel& model, const Signals& signals);
 
+/// States of the model's friction laws with memory at a sample, from rest at the beginning of the recording.
+std::vector<model::friction::State> law_states(const model::effects::DriveModel& model,
+                                               const Signals& signals, std::size_t sample);
+
 /// For a model with a gap or a spring.
 LoadSide load_side_of(const model::effects::DriveModel& model, const Signals& signals);
 

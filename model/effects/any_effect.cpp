@@ -12,9 +12,7 @@
 namespace model::effects {
 namespace {
 
-struct Family {
-  static constexpr std::string_view kName = "effect";
-};
+struct Family {};
 using Library = Catalogue<Family, Effects::Library>;
 
 /// A custom effect with what its description refers to.
@@ -39,6 +37,30 @@ Registry& registry() {
   return registry;
 }
 
+/// How a law appears in measured data.
+std::string_view shown_by(std::string_view law) {
+  constexpr auto kShows = std::to_array<std::pair<std::string_view, std::string_view>>(
+      {{"stiction", "a torque to break away that is higher than the sliding torque"},
+       {"kfm", "breakaway, a fall near standstill and a rise with speed"},
+       {"regularised", "creep under any torque, and the kinetic curve above a low speed"},
+       {"karnopp", "rest within a band of low speeds, and the kinetic curve above it"},
+       {"armstrong", "breakaway that grows with the time at rest, and friction that follows speed late"},
+       {"dahl", "friction that turns over a distance after a reversal"},
+       {"bristle", "friction that fluctuates with position around its level"},
+       {"reset_integrator", "a spring until breakaway, from which friction drops to the sliding level"},
+       {"lugre", "presliding hysteresis, and friction that is higher while the joint accelerates"},
+       {"elasto_plastic", "as lugre, without drift under small torques"},
+       {"leuven", "as lugre, with closed inner loops"},
+       {"gms", "closed inner loops before breakaway, and friction that follows speed late"},
+       {"measured_wheel", "the measured curve of a youBot wheel"}});
+  return std::ranges::find(kShows, law, [](const auto& row) { return row.first; })->second;
+}
+
+template <class Items>
+void append_names(const Items& items, std::string& list) {
+  for (const auto& item : items) (list += list.empty() ? "" : ", ") += item.name;
+}
+
 std::size_t index_of(const EffectDescription& effect, std::string_view parameter) {
   const auto found = std::ranges::find(effect.parameters, parameter, &ParameterDescription::name);
   if (found != effect.parameters.end()) return static_cast<std::size_t>(found - effect.parameters.begin());
@@ -49,7 +71,13 @@ std::size_t index_of(const EffectDescription& effect, std::string_view parameter
                               " is unknown; it has " + (list.empty() ? "none" : list));
 }
 
+const EffectDescription* found(std::span<const EffectDescription> descriptions, std::string_view name) {
+  const auto at = std::ranges::find(descriptions, name, &EffectDescription::name);
+  return at == descriptions.end() ? nullptr : &*at;
+}
+
 AnyEffect with_defaults(std::string_view effect) {
+  if (found(friction_law_effects(), effect) != nullptr) return FrictionLaw(friction::make_law(effect));
   for (const Added& custom : registry().added)
     if (custom.effect.name == effect)
       return Custom(custom.effect, custom.effect.amplitude.initial,
@@ -62,9 +90,8 @@ std::string problem_of(const CustomEffect& effect) {
   const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; };
   if (effect.name.empty() || !std::ranges::all_of(effect.name, is_letter))
     return "its name takes lower-case letters, digits and underscores";
-  const auto& known = effect_descriptions();
-  if (std::ranges::find(known, effect.name, &EffectDescription::name) != known.end())
-    return "there is an effect of that name";
+  if (found(effect_descriptions(), effect.name) != nullptr) return "there is an effect of that name";
+  if (found(friction_law_effects(), effect.name) != nullptr) return "there is a friction law of that name";
   if (registry().added.size() >= kMaxCustomEffects)
     return "there are " + std::to_string(kMaxCustomEffects) + " custom effects, which is the maximum";
   if (effect.level == nullptr && effect.load == nullptr) return "it has neither level nor load";
@@ -125,12 +152,31 @@ std::vector<const CustomEffect*> custom_effects() {
 
 std::span<const EffectDescription> effect_descriptions() { return registry().descriptions; }
 
+std::span<const EffectDescription> friction_law_effects() {
+  static const auto kLaws = [] {
+    std::vector<EffectDescription> laws;
+    for (const friction::LawDescription& law : friction::law_descriptions())
+      if (law.name != Coulomb::kName && law.name != Viscous::kName)
+        laws.push_back({law.name, shown_by(law.name), law.parameters});
+    return laws;
+  }();
+  return kLaws;
+}
+
 const EffectDescription& effect_description(std::string_view effect) {
-  return Library::find(effect_descriptions(), effect);
+  for (const auto& descriptions : {effect_descriptions(), friction_law_effects()})
+    if (const EffectDescription* description = found(descriptions, effect)) return *description;
+  std::string names, laws;
+  append_names(effect_descriptions(), names);
+  append_names(friction_law_effects(), laws);
+  throw std::invalid_argument("there is no effect " + std::string(effect) + "; there are " + names +
+                              " and the friction laws " + laws);
 }
 
 const EffectDescription& description_of(const AnyEffect& effect) noexcept {
   const std::vector<EffectDescription>& all = registry().descriptions;
+  if (const auto* law = std::get_if<FrictionLaw>(&effect))
+    return *found(friction_law_effects(), law->law().name());
   if (const auto* custom = std::get_if<Custom>(&effect))
     return *std::ranges::find(all, custom->kind().name, &EffectDescription::name);
   return all[effect.index()];
@@ -150,6 +196,9 @@ std::vector<double> values_of(const AnyEffect& effect) {
         if constexpr (std::is_same_v<E, Custom>) {
           values.push_back(e.amplitude());
           if (e.kind().shape) values.push_back(e.shape());
+        } else if constexpr (std::is_same_v<E, FrictionLaw>) {
+          for (const auto& parameter : friction::law_description(e.law().name()).parameters)
+            values.push_back(e.law().parameter(parameter.name));
         } else {
           for (const auto& info : E::kParameters) values.push_back(info.of(e.parameters()));
         }
@@ -164,6 +213,8 @@ AnyEffect with_values(const AnyEffect& effect, std::span<const double> values) {
         using E = std::decay_t<decltype(e)>;
         if constexpr (std::is_same_v<E, Custom>) {
           return AnyEffect(Custom(e.kind(), values[0], values.size() > 1 ? values[1] : 0));
+        } else if constexpr (std::is_same_v<E, FrictionLaw>) {
+          return AnyEffect(FrictionLaw(friction::make_law_from_values(e.law().name(), values)));
         } else {
           typename E::Parameters parameters = e.parameters();
           auto value = values.begin();

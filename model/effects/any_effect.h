@@ -12,6 +12,7 @@
 #include "model/effects/custom.h"
 #include "model/effects/effect.h"
 #include "model/effects/friction.h"
+#include "model/effects/friction_law.h"
 #include "model/effects/mechanics.h"
 #include "model/effects/position.h"
 
@@ -20,13 +21,13 @@ namespace model::effects {
 template <class... Es>
 struct EffectList {
   using Library = std::variant<Es...>;
-  using Any = std::variant<Es..., Custom>;
+  using Any = std::variant<Es..., FrictionLaw, Custom>;
 };
 using Effects = EffectList<Coulomb, Viscous, Stribeck, DirectionAsymmetry, MidspeedDip, QuadraticDrag,
                            LoadFriction, ThermalDrift, PositionFriction, Presliding, Cogging, Imbalance,
                            Inertia, Backlash, Elasticity, TorqueOffset, TorqueDeadband, TorqueSaturation,
                            TorqueLag, TransportDelay, UnsignedCurrent, TorqueRipple, EncoderEccentricity>;
-/// An effect of one of the library's types, or one that the program has added.
+/// An effect of one of the library's types, a friction law, or an effect that the program has added.
 using AnyEffect = Effects::Any;
 
 using model::NamedValue;
@@ -37,9 +38,12 @@ struct EffectDescription {
   std::string_view shows;  ///< how it appears in measured data
   std::span<const ParameterDescription> parameters;
 };
-/// All effects: the library's, then those that the program has added. Valid for the lifetime of the program.
+/// All effects but friction laws: the library's, then those that the program has added. Valid for the
+/// lifetime of the program.
 std::span<const EffectDescription> effect_descriptions();
-/// @throws std::invalid_argument listing the known effects.
+/// The friction laws that are effects: all but coulomb and viscous, which the library has.
+std::span<const EffectDescription> friction_law_effects();
+/// Of an effect or a friction law. @throws std::invalid_argument listing the known effects and laws.
 const EffectDescription& effect_description(std::string_view effect);
 const EffectDescription& description_of(const AnyEffect& effect) noexcept;
 

@@ -21,6 +21,14 @@ void ask(const AnyEffect& effect, const Visit& of) noexcept {
   }
 }
 
+constexpr auto kEachEffect = [](const auto& /*effect*/) { return true; };
+constexpr auto kWithoutMemory = [](const auto& effect) {
+  if constexpr (std::is_same_v<std::decay_t<decltype(effect)>, FrictionLaw>)
+    return !effect.has_memory();
+  else
+    return true;
+};
+
 }  // namespace
 
 EffectChain::EffectChain(std::span<const AnyEffect> effects) : effects_(effects.begin(), effects.end()) {
@@ -34,6 +42,8 @@ EffectChain::EffectChain(std::span<const AnyEffect> effects) : effects_(effects.
         any);
     if (const auto* coulomb = std::get_if<Coulomb>(&any)) coulomb_Nm_ += coulomb->parameters().torque_Nm;
     if (const auto* gear = std::get_if<LoadFriction>(&any)) gear_ = *gear;
+    if (const auto* law = std::get_if<FrictionLaw>(&any); law != nullptr && law->has_memory())
+      laws_.push_back(*law);
   }
 }
 
@@ -49,13 +59,15 @@ double EffectChain::deliver(double command_Nm, double interval_s) noexcept {
   return torque_Nm;
 }
 
-double EffectChain::sliding_Nm(const Slide& slide) const noexcept {
+template <class Use>
+double EffectChain::sliding_Nm(const Slide& slide, const Use& use) const noexcept {
   const Sliding sliding{slide.speed_rad_per_s, slide.direction,         slide.running_s,
                         coulomb_Nm_,           std::abs(slide.load_Nm), slide.position_rad};
   double level = 0;
   for (const AnyEffect& any : effects_) {
     ask(any, [&](const auto& effect) {
-      if constexpr (ActsOnFriction<std::decay_t<decltype(effect)>>) level += effect.level_Nm(sliding);
+      if constexpr (ActsOnFriction<std::decay_t<decltype(effect)>>)
+        if (use(effect)) level += effect.level_Nm(sliding);
     });
   }
   return level;
@@ -68,20 +80,46 @@ double EffectChain::gear_loss_Nm(const Slide& slide, double sliding_Nm) const no
 }
 
 double EffectChain::level_Nm(const Slide& slide) const noexcept {
-  const double sliding = std::max(sliding_Nm(slide), 0.0);
+  const double sliding = std::max(sliding_Nm(slide, kEachEffect), 0.0);
   return sliding + gear_loss_Nm(slide, sliding);
 }
 
 double EffectChain::signed_level_Nm(const Slide& slide) const noexcept {
-  const double sliding = sliding_Nm(slide);
+  const double sliding = sliding_Nm(slide, kEachEffect);
   return sliding + gear_loss_Nm(slide, std::max(sliding, 0.0));
 }
 
-double EffectChain::level_under_Nm(const Slide& slide, double motor_Nm) const noexcept {
-  const double sliding = std::max(sliding_Nm(slide), 0.0);
+double EffectChain::contact_level_Nm(const Slide& slide) const noexcept {
+  const double sliding = sliding_Nm(slide, kWithoutMemory);
+  return sliding + gear_loss_Nm(slide, std::max(sliding, 0.0));
+}
+
+double EffectChain::contact_level_under_Nm(const Slide& slide, double motor_Nm) const noexcept {
+  const double sliding = sliding_Nm(slide, kWithoutMemory);
   if (!gear_) return sliding;
   return sliding + gear_->loss_Nm(gear_->transmitted_under_Nm(slide.direction * slide.load_Nm,
                                                               slide.direction * motor_Nm));
+}
+
+double EffectChain::laws_Nm(std::span<friction::State> states, const friction::Contact& contact,
+                            double step_s) const noexcept {
+  double torque_Nm = 0;
+  for (std::size_t i = 0; i < laws_.size(); ++i) torque_Nm += laws_[i].law().step(states[i], contact, step_s);
+  return torque_Nm;
+}
+
+double EffectChain::steady_laws_Nm(double velocity_rad_per_s) const noexcept {
+  double torque_Nm = 0;
+  for (const FrictionLaw& each : laws_) torque_Nm += each.law().steady_Nm(velocity_rad_per_s);
+  return torque_Nm;
+}
+
+double EffectChain::longest_step_s(double inertia_kg_m2, double friction_share) const noexcept {
+  double per_s = 0;  // springs in parallel: at most the sum
+  for (const AnyEffect& any : effects_)
+    if (const auto* law = std::get_if<FrictionLaw>(&any))
+      per_s += 1 / law->law().max_step_s(inertia_kg_m2 / friction_share);
+  return 1 / per_s;
 }
 
 double EffectChain::load_Nm(double position_rad) const noexcept {

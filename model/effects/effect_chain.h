@@ -7,6 +7,7 @@
 
 #include "model/effects/any_effect.h"
 #include "model/effects/delay_line.h"
+#include "model/friction/law.h"
 
 namespace model::effects {
 
@@ -22,10 +23,24 @@ class EffectChain {
   double deliver(double command_Nm, double interval_s) noexcept;
   /// Sliding friction, positive against the motion; not below zero.
   double level_Nm(const Slide& slide) const noexcept;
-  /// The same under a torque of the motor, in the direction of positive motion, instead of an acceleration.
-  double level_under_Nm(const Slide& slide, double motor_Nm) const noexcept;
-  /// The same as level_Nm() as the plain sum of the effects, negative where they would drive.
+  /// The same as the plain sum of the effects, negative where they would drive.
   double signed_level_Nm(const Slide& slide) const noexcept;
+  /// The same without the laws with memory: what the friction contact carries.
+  double contact_level_Nm(const Slide& slide) const noexcept;
+  /// The same under a torque of the motor, in the direction of positive motion, instead of an acceleration.
+  double contact_level_under_Nm(const Slide& slide, double motor_Nm) const noexcept;
+
+  /// Friction laws with memory. Each part of the joint that has friction keeps its own states, one per law.
+  std::size_t law_count() const noexcept { return laws_.size(); }
+  /// Their friction against positive motion at the end of a step, as friction::Law::step().
+  double laws_Nm(std::span<friction::State> states, const friction::Contact& contact,
+                 double step_s) const noexcept;
+  /// The same after a long time at this velocity.
+  double steady_laws_Nm(double velocity_rad_per_s) const noexcept;
+  /// Longest stable step of the friction laws, with and without memory, on a part of the joint with this
+  /// inertia and share of the friction; infinite without laws.
+  double longest_step_s(double inertia_kg_m2, double friction_share) const noexcept;
+
   /// Position-dependent torque against positive motion of the load; with one mass, of the joint.
   double load_Nm(double position_rad) const noexcept;
   /// The same for the motor, if it is a separate mass.
@@ -48,10 +63,12 @@ class EffectChain {
   Mechanics arranged(Mechanics mechanics) const;
 
  private:
-  double sliding_Nm(const Slide& slide) const noexcept;
+  template <class Use>
+  double sliding_Nm(const Slide& slide, const Use& use) const noexcept;
   double gear_loss_Nm(const Slide& slide, double sliding_Nm) const noexcept;
 
   std::vector<AnyEffect> effects_;
+  std::vector<FrictionLaw> laws_;         // those with memory
   std::vector<ActuatorMemory> memories_;  // one per effect that acts on the actuator
   std::optional<LoadFriction> gear_;
   double coulomb_Nm_ = 0;

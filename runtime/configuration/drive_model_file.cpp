@@ -31,36 +31,45 @@ bool may_be_absent(const ParameterDescription& parameter) {
   return parameter.initial == 0 || std::ranges::find(kWithDefault, parameter.name) != kWithDefault.end();
 }
 
-const EffectDescription* description(std::string_view type) {
-  for (const EffectDescription& effect : model::effects::effect_descriptions())
-    if (effect.name == type) return &effect;
-  return nullptr;
+constexpr auto kFamilies = {&model::effects::effect_descriptions, &model::effects::friction_law_effects};
+
+std::string names(std::span<const EffectDescription> effects) {
+  std::string names;
+  for (const EffectDescription& effect : effects) (names += names.empty() ? "" : ", ") += effect.name;
+  return names;
 }
 
-std::string effect_names() {
-  std::string names;
-  for (const EffectDescription& effect : model::effects::effect_descriptions())
-    (names += names.empty() ? "" : ", ") += effect.name;
-  return names;
+/// A law's parameters all have defaults.
+void read_parameters(TomlTable& table, const EffectDescription& effect, bool is_law,
+                     std::vector<AnyEffect>& effects) {
+  std::vector<NamedValue> values;
+  for (const ParameterDescription& parameter : effect.parameters) {
+    double value = parameter.initial;
+    table.number(parameter.name, value,
+                 {parameter.lower, parameter.upper, !is_law && !may_be_absent(parameter)});
+    values.push_back({parameter.name, value});
+  }
+  try {
+    effects.push_back(model::effects::make_effect(effect.name, values));
+  } catch (const std::invalid_argument& error) {  // values that exclude each other
+    table.refuse("type", fmt::format("cannot be made: {}", error.what()));
+  }
 }
 
 void read_effect(TomlTable& table, std::vector<AnyEffect>& effects) {
   std::string type;
   table.text("type", type, {.required = true});
-  const EffectDescription* const effect = description(type);
-  if (effect == nullptr) {
-    if (!type.empty()) table.refuse("type", fmt::format("is '{}'; there are {}", type, effect_names()));
-    for (const EffectDescription& other : model::effects::effect_descriptions())
+  for (const auto& family : kFamilies)
+    for (const EffectDescription& effect : family())
+      if (effect.name == type)
+        return read_parameters(table, effect, family == &model::effects::friction_law_effects, effects);
+  if (!type.empty())
+    table.refuse("type", fmt::format("is '{}'; there are {} and the friction laws {}", type,
+                                     names(model::effects::effect_descriptions()),
+                                     names(model::effects::friction_law_effects())));
+  for (const auto& family : kFamilies)
+    for (const EffectDescription& other : family())
       for (const ParameterDescription& parameter : other.parameters) table.ignore(parameter.name);
-    return;
-  }
-  std::vector<NamedValue> values;
-  for (const ParameterDescription& parameter : effect->parameters) {
-    double value = parameter.initial;
-    table.number(parameter.name, value, {parameter.lower, parameter.upper, !may_be_absent(parameter)});
-    values.push_back({parameter.name, value});
-  }
-  effects.push_back(model::effects::make_effect(type, values));
 }
 
 /// Shortest text that reads back as the same number; always a TOML float.

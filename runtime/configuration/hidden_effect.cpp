@@ -117,17 +117,23 @@ std::string HiddenEffect::reveal() const {
   return words + ": " + parameters;
 }
 
-std::optional<model::effects::DriveModel> simulated_wheel_model(
-    const std::string& model_file, const std::optional<std::uint64_t>& hidden_effect) {
-  if (!model_file.empty() && hidden_effect)
+std::vector<model::effects::DriveModel> simulated_wheel_models(
+    const std::vector<std::string>& model_files, const std::optional<std::uint64_t>& hidden_effect) {
+  if (!model_files.empty() && hidden_effect)
     throw std::invalid_argument(
         "--hidden-effect and --model: the simulated wheels follow one or the other, give one of them");
-  if (hidden_effect) return HiddenEffect(*hidden_effect).wheel_model();
-  if (model_file.empty()) return std::nullopt;
-  model::effects::DriveModel model = read_drive_model(model_file);
-  if (const std::string why = driving_friction(model, model::effects::kUsualTopSpeed_rad_per_s); !why.empty())
-    spdlog::warn("{}: {}; the simulated drive has no friction there", model_file, why);
-  return model;
+  if (hidden_effect) return {HiddenEffect(*hidden_effect).wheel_model()};
+  constexpr std::size_t kWheels = 4;
+  if (model_files.size() > 1 && model_files.size() != kWheels)
+    throw std::invalid_argument("--model: " + std::to_string(model_files.size()) +
+                                " files, expected one for all wheels or one for each of the 4");
+  std::vector<model::effects::DriveModel> models;
+  for (const std::string& file : model_files) {
+    models.push_back(read_drive_model(file));
+    const std::string why = driving_friction(models.back(), model::effects::kUsualTopSpeed_rad_per_s);
+    if (!why.empty()) spdlog::warn("{}: {}; the simulated drive has no friction there", file, why);
+  }
+  return models;
 }
 
 }  // namespace runtime

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "model/effects/drive_model.h"
 
@@ -34,9 +35,11 @@ class HiddenEffect {
   model::effects::DriveModel wheel_model_;
 };
 
-/// Model of the simulated wheels: a model file, a hidden effect, or neither.
-/// @throws std::invalid_argument for both, naming the options; ConfigError as read_drive_model().
-std::optional<model::effects::DriveModel> simulated_wheel_model(
-    const std::string& model_file, const std::optional<std::uint64_t>& hidden_effect);
+/// Models of the simulated wheels, for sim::MecanumWheelParameters: of model files, one for all wheels or one
+/// for each, of a hidden effect, or none.
+/// @throws std::invalid_argument for both, naming the options, and for another number of files; ConfigError
+/// as read_drive_model().
+std::vector<model::effects::DriveModel> simulated_wheel_models(
+    const std::vector<std::string>& model_files, const std::optional<std::uint64_t>& hidden_effect);
 
 }  // namespace runtime

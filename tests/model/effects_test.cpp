@@ -284,7 +284,7 @@ TEST(Effects, TheLossOfAGearIsTheSameFromTorqueAndFromAcceleration) {
           const Slide slide{.direction = direction, .load_Nm = load_Nm, .inertial_Nm = inertial_Nm};
           const double level_Nm = drive.level_Nm(slide);
           const double motor_Nm = inertial_Nm + load_Nm + direction * level_Nm;
-          EXPECT_NEAR(drive.level_under_Nm(slide, motor_Nm), level_Nm, 1e-12)
+          EXPECT_NEAR(drive.contact_level_under_Nm(slide, motor_Nm), level_Nm, 1e-12)
               << load_share << ' ' << direction << ' ' << load_Nm << ' ' << inertial_Nm;
         }
   }

@@ -112,11 +112,11 @@ TEST_F(WheelModels, OtherThanAListOfNamesIsRefused) {
 TEST_F(WheelModels, SimulatedWheelsFollowAModelOrHideAnEffectNotBoth) {
   const Config follows =
       load_config(directory_.write("a.toml", "[simulation]\nmodel = \"models/good.toml\"\n"));
-  ASSERT_TRUE(follows.robot.simulation.model.has_value());
-  EXPECT_EQ(follows.robot.simulation.model->effects.size(), runtime::known_wheel_model().effects.size());
+  ASSERT_EQ(follows.robot.simulation.models.size(), 1U);
+  EXPECT_EQ(follows.robot.simulation.models[0].effects.size(), runtime::known_wheel_model().effects.size());
   const Config hides = load_config(directory_.write("b.toml", "[simulation]\nhidden_effect = 3\n"));
-  ASSERT_TRUE(hides.robot.simulation.model.has_value());
-  EXPECT_EQ(runtime::drive_model_text(*hides.robot.simulation.model),
+  ASSERT_EQ(hides.robot.simulation.models.size(), 1U);
+  EXPECT_EQ(runtime::drive_model_text(hides.robot.simulation.models[0]),
             runtime::drive_model_text(runtime::HiddenEffect(3).wheel_model()));
   const std::string both = problem("[simulation]\nmodel = \"models/good.toml\"\nhidden_effect = 3\n");
   EXPECT_EQ(both.find("lab.toml:3: 'simulation.hidden_effect' and 'simulation.model' exclude each other"), 0U)

@@ -83,9 +83,10 @@ struct Held {
 };
 Held held(const model::JointResistance& believed) {
   BaseParameters parameters = noiseless();
-  parameters.model.emplace();
-  parameters.model->effects = {model::effects::make_effect("coulomb", {{"torque_Nm", 0.055}}),
-                               model::effects::make_effect("viscous", {{"coefficient_Nm_s_per_rad", 0.015}})};
+  parameters.models.emplace_back();
+  parameters.models[0].effects = {
+      model::effects::make_effect("coulomb", {{"torque_Nm", 0.055}}),
+      model::effects::make_effect("viscous", {{"coefficient_Nm_s_per_rad", 0.015}})};
   Base base(parameters);
   control::BaseController::Config config;
   config.wheels = {believed, believed, believed, believed};
