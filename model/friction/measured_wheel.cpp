@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "model/friction/wheel_curve.h"
+
 namespace model::friction {
 namespace {
 
@@ -15,7 +17,15 @@ SlidingTable table_of(const MeasuredWheel::Parameters& parameters) {
   if (p.wheel != std::floor(p.wheel))
     throw std::invalid_argument("friction law measured_wheel: wheel = " + std::to_string(p.wheel) +
                                 ", expected a whole number");
-  return wheel_table(static_cast<int>(p.wheel), {.spacing_rad_per_s = kSpacing_rad_per_s}).scaled(p.scale);
+  const int wheel = static_cast<int>(p.wheel);
+  if (p.held_below_rad_per_s == 0)
+    return wheel_table(wheel, {.spacing_rad_per_s = kSpacing_rad_per_s}).scaled(p.scale);
+  const auto curve_Nm = [&](double velocity_rad_per_s) {
+    const double speed = std::max(std::abs(velocity_rad_per_s), p.held_below_rad_per_s);
+    return wheel_curve_Nm(wheel, std::copysign(speed, velocity_rad_per_s));
+  };
+  return SlidingTable(curve_Nm, {.spacing_rad_per_s = kSpacing_rad_per_s, .breakaway_band_rad_per_s = 0})
+      .scaled(p.scale);
 }
 
 /// Maximum rise with speed, in either direction.

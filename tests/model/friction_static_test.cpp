@@ -120,6 +120,18 @@ TEST(Karnopp, PassesTheAppliedTorqueOnlyInsideTheBand) {
   EXPECT_NEAR(at(law, 0.0101, -0.03), 0.05 + 0.03 * std::exp(-0.101) + 0.02 * 0.0101, 1e-15);
 }
 
+// Wheel 3 rises from 0.087 to 0.102 N·m between 0.02 and 0.1 rad/s.
+TEST(MeasuredWheel, KeepsTheRiseBelowItsPeakDownToAGivenSpeed) {
+  for (const double wheel : {1.0, 2.0, 3.0, 4.0}) {
+    const MeasuredWheel law({wheel, 1, 0.02});
+    for (const double velocity : {0.02, 0.03, 0.05, 0.1, 0.25, -0.02, -0.04, -0.08, 3.0, -7.0})
+      EXPECT_NEAR(at(law, velocity), wheel_curve_Nm(static_cast<int>(wheel), velocity), 3e-4)
+          << wheel << " at " << velocity;
+    EXPECT_EQ(law.steady_Nm(0.0), law.steady_Nm(0.02));
+    EXPECT_LT(law.steady_Nm(0.0), MeasuredWheel({wheel, 1}).steady_Nm(0.0)) << "of which the peak is held";
+  }
+}
+
 TEST(MeasuredWheel, IsThePublishedCurveTimesItsScale) {
   // Check values of thesis_notes.md, computed from appendix A. Tolerance: straight lines 0.005 rad/s long.
   EXPECT_NEAR(at(MeasuredWheel({1, 1}), 1.0), 0.0536847, 2e-6);
