@@ -54,6 +54,32 @@ TEST(Bristle, KeepsItsMeanInStepsOfManyBreaks) {
   EXPECT_NEAR(sum / 20000, -kStiffness * kReach / 3, 0.01 * kStiffness * kReach / 3);
 }
 
+// At 1 kHz a wheel passes a part of the reach in each step, or several. Over 10 rad, some 10⁵ breaks.
+TEST(Bristle, SlidesAtItsMeanAtAnySpeedAndStep) {
+  const Bristle law(Bristle::Parameters{});
+  for (const double speed : {0.02, 0.05, 0.2, 0.4, 0.7, 2.0}) {
+    State state;
+    double sum = 0;
+    const int steps = static_cast<int>(10 / (speed * 1e-3));
+    for (int n = 0; n < steps; ++n) sum += law.step(state, {speed, 0}, 1e-3);
+    EXPECT_NEAR(sum / steps, law.steady_Nm(speed), 0.03 * law.steady_Nm(speed)) << speed;
+  }
+}
+
+// Held by its bonds, a joint without a damper rings at a constant amplitude; it gains nothing by the step.
+TEST(Bristle, AJointThatSlidIntoRestRingsWithoutGrowing) {
+  Joint joint(Bristle({kStiffness, kReach}), 0.01);
+  joint.push(0.3);
+  double early = 0, late = 0;
+  for (int n = 0; n < 40000; ++n) {
+    joint.step(0, 1e-3);
+    if (n >= 5000 && n < 10000) early = std::max(early, std::abs(joint.velocity()));
+    if (n >= 35000) late = std::max(late, std::abs(joint.velocity()));
+  }
+  EXPECT_GT(early, 0);
+  EXPECT_LE(late, 1.01 * early);
+}
+
 TEST(Bristle, RepeatsItselfForTheSameSeedAndDiffersForAnother) {
   const Bristle law({kStiffness, kReach});
   State first, second, other;
@@ -98,6 +124,25 @@ TEST(ResetIntegrator, DampsOnlyWhileItSticks) {
   EXPECT_NEAR(moved(law, state, 0.1e-3, 0.01), 0.016 + 0.3 * 0.01, 1e-12);
   static_cast<void>(moved(law, state, 1e-3, 0.01));
   EXPECT_NEAR(moved(law, state, 1e-3, 0.01), 0.05, 1e-15);
+}
+
+// Sliding friction Fc·(1 + b·exp(−v/vs)) + σ2·v, and a spring of its stiffness at rest.
+TEST(ResetIntegrator, SlidesOnACurveOfSpeedAndSticksWithOneStiffness) {
+  ResetIntegrator::Parameters parameters = kReset;
+  parameters.stribeck_gain = 0.5;
+  parameters.stribeck_velocity_rad_per_s = 0.2;
+  parameters.stribeck_exponent = 1;
+  parameters.viscous_Nm_s_per_rad = 0.01;
+  const ResetIntegrator law(parameters);
+  for (const double speed : {0.05, 0.2, 1.0}) {
+    State state;
+    EXPECT_NEAR(moved(law, state, 0.4e-3, speed, 4), 1.6 * 1.5 * 100 * 0.4e-3, 1e-12);
+    static_cast<void>(moved(law, state, 1e-2, speed));
+    const double sliding = 0.05 * (1 + 0.5 * std::exp(-speed / 0.2)) + 0.01 * speed;
+    EXPECT_NEAR(moved(law, state, 1e-2, speed), sliding, 1e-12) << speed;
+    EXPECT_NEAR(law.steady_Nm(-speed), -sliding, 1e-12);
+    EXPECT_NEAR(law.steady_Nm(0.0), 1.6 * 1.5 * 0.05, 1e-12) << "breakaway";
+  }
 }
 
 // One step over the whole way costs the spring's end value up to z0 and Coulomb beyond.

@@ -97,6 +97,43 @@ TEST(Gms, RelaxesWithTheTimeConstantLevelOverAttraction) {  // (e)
                 1e-12);
 }
 
+// The thesis' equations, integrated in steps of 0.2 us: dz/dt = v while an element sticks, sgn(v)·C·(1 − z/s)
+// while it slips, F = Σ(k·z + σ·dz/dt) + σ2·v. Its C is C·ν/k here, and s is ν·s(v)/k.
+TEST(Gms, EachElementHasItsDampingAndAttraction) {
+  Gms::Parameters parameters = four();
+  parameters.damping_Nm_s_per_rad = {0.05, 0.02, 0.04, 0.01};
+  parameters.attraction_Nm_per_s = {2, 5, 1, 0.5, 1, 1, 1, 1, 1, 1};
+  parameters.viscous_Nm_s_per_rad = 0.02;
+  const Gms law(parameters);
+  State state;
+  std::array<double, 4> z{};
+  std::array<bool, 4> slips{};
+  constexpr double kStep = 1e-3;
+  constexpr int kFine = 5000;
+  double last_direction = 1;
+  for (int n = 0; n < 200; ++n) {
+    const double v = 0.05 * std::cos(0.06 * n) + 0.003;
+    const double level = kFc + (kFs - kFc) * std::exp(-std::pow(v / 0.1, 2));
+    if (std::copysign(1.0, v) != last_direction) slips = {};
+    last_direction = std::copysign(1.0, v);
+    double expected = 0;
+    for (int fine = 0; fine < kFine; ++fine) {
+      expected = parameters.viscous_Nm_s_per_rad * v;
+      for (std::size_t i = 0; i < 4; ++i) {
+        const double k = parameters.stiffness_Nm_per_rad[i], share = parameters.share[i];
+        const double reach = share * level / k;
+        slips[i] = slips[i] || last_direction * z[i] >= reach;
+        const double z_per_s = slips[i] ? last_direction * parameters.attraction_Nm_per_s[i] * share / k *
+                                              (1 - z[i] * last_direction / reach)
+                                        : v;
+        z[i] += kStep / kFine * z_per_s;
+        expected += k * z[i] + parameters.damping_Nm_s_per_rad[i] * z_per_s;
+      }
+    }
+    ASSERT_NEAR(law.step(state, {v, 0}, kStep), expected, 2e-5) << n;
+  }
+}
+
 TEST(Gms, SlipsWithinAStepExactly) {
   const Gms law(four());
   State once, often;
@@ -135,6 +172,7 @@ TEST(Gms, NormalisesItsSharesAndLeavesOutElementsWithoutOne) {
   moved_up.share = {0, 0.4, 0.3, 0, 0.2, 0.1};
   const auto k = four().stiffness_Nm_per_rad;
   moved_up.stiffness_Nm_per_rad = {9, k[0], k[1], 9, k[2], k[3], 9, 9, 9, 9};
+  moved_up.attraction_Nm_per_s = {9, 2, 2, 9, 2, 2, 9, 9, 9, 9};
   State a, b, c;
   for (const double way : {4e-4, -3e-4, 1e-3}) {
     const double friction = moved(Gms(four()), a, way, 0.02, 3);
