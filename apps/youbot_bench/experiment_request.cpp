@@ -111,8 +111,8 @@ Made make(const SteadyStateConfig& config, const std::string& /*joint*/, double 
 Made make(const TorqueRampConfig& config, const std::string& joint, double period_s) {
   return std::make_unique<identification::experiments::TorqueRamp>(config, encoder_step_rad(joint), period_s);
 }
-Made make(const DahlConfig& config, const std::string& /*joint*/, double /*period_s*/) {
-  return std::make_unique<identification::experiments::Dahl>(config);
+Made make(const DahlConfig& config, const std::string& joint, double /*period_s*/) {
+  return std::make_unique<identification::experiments::Dahl>(config, encoder_step_rad(joint));
 }
 Made make(const PreslidingConfig& config, const std::string& /*joint*/, double period_s) {
   return std::make_unique<identification::experiments::TorqueWave>(config, period_s);

@@ -34,6 +34,11 @@ std::vector<double> first_of(const Values& values, std::size_t count) {
   return {values.begin(), values.begin() + static_cast<std::ptrdiff_t>(std::min(count, values.size()))};
 }
 
+/// Of torques or stiffnesses as measured, from those as commanded; far more than current noise.
+constexpr double kFarApart = 0.1;
+/// Encoder steps from which identify fits a contact (identification/fit/presliding_fit.h).
+constexpr double kFineSteps = 20;
+
 /// Straight through the origin, over `reach_rad` to both sides.
 Series slope(const std::string& name, double stiffness_Nm_per_rad, double reach_rad, unsigned look) {
   return {.name = name,
@@ -74,12 +79,14 @@ Findings torque_ramp_findings(const MeasuredExperiment& measured) {
                                           {"τ1", "N·m"},
                                           {"σ0 = τ1/x1", "N·m/rad"},
                                           {"σ0 by slope", "N·m/rad"},
+                                          {"±\u00a095\u00a0%", "N·m/rad"},
                                           {"σ1", "N·m·s/rad"}}}};
   Series broke_at{.name = "break-away", .x = {}, .y = {}, .style = Style::kPoints, .look = kInk};
   Series broke_when = broke_at;
   std::vector<double> breakaways_Nm;
   std::vector<double> steps_rad;
   bool all_held = true;
+  std::vector<std::string> spoiled;
   for (unsigned look = 0; look < measured.joints.size(); ++look) {
     const MeasuredJoint& joint = measured.joints[look];
     const std::vector<double> breakaway_Nm = result(joint, "breakaway_command_Nm");
@@ -121,15 +128,22 @@ Findings torque_ramp_findings(const MeasuredExperiment& measured) {
       const identification::fit::MeanOf breakaway =
           identification::fit::mean_of(those("breakaway_command_Nm"));
       all_held = all_held && breakaway.values < 1;
+      const identification::fit::MeanOf slope_of =
+          identification::fit::mean_of(those("stiffness_slope_Nm_per_rad"));
+      const double at_first_Nm = identification::fit::mean_of(those("torque_command_Nm")).mean;
+      const double beyond_Nm =  // a sensor may report magnitudes
+          std::abs(std::abs(identification::fit::mean_of(those("torque_measured_Nm")).mean) -
+                   std::abs(at_first_Nm));
+      if (beyond_Nm > kFarApart * std::max(std::abs(at_first_Nm), std::abs(breakaway.mean)) &&
+          (spoiled.empty() || spoiled.back() != joint.name))
+        spoiled.push_back(joint.name);
       breakaways_Nm.push_back(std::abs(breakaway.mean));
       findings.table.rows.push_back(
           {joint.name, std::string(direction > 0 ? "forward" : "backward"), static_cast<double>(ramps.size()),
            breakaway.mean, breakaway.ci95, identification::fit::mean_of(those("breakaway_measured_Nm")).mean,
-           identification::fit::mean_of(those("first_step_rad")).mean,
-           identification::fit::mean_of(those("torque_command_Nm")).mean,
-           identification::fit::mean_of(those("stiffness_command_Nm_per_rad")).mean,
-           identification::fit::mean_of(those("stiffness_slope_Nm_per_rad")).mean,
-           identification::fit::mean_of(those("damping_command_Nm_s_per_rad")).mean});
+           identification::fit::mean_of(those("first_step_rad")).mean, at_first_Nm,
+           identification::fit::mean_of(those("stiffness_command_Nm_per_rad")).mean, slope_of.mean,
+           slope_of.ci95, identification::fit::mean_of(those("damping_command_Nm_s_per_rad")).mean});
     }
   }
   if (!broke_at.x.empty()) {
@@ -157,24 +171,32 @@ Findings torque_ramp_findings(const MeasuredExperiment& measured) {
         "first step and τ1 the command at which it appeared. Where in a step of its encoder the joint rested "
         "is not known, so σ0 = τ1/x1 is less than the stiffness by an unknown share; the slope over the "
         "steps "
-        "that follow is free of that. σ1 = 0.2·√(J·σ0).");
+        "that follow is free of that. Its interval is that of the scatter between ramps. σ1 = 0.2·√(J·σ0).");
+  if (!spoiled.empty())
+    findings.remarks.push_back("The torque of " + runtime::list_text(spoiled) +
+                               " as measured at the first step differs from the command by more than 10 % of "
+                               "the break-away: the motors do not deliver what small commands ask for, so "
+                               "neither σ0 nor σ1 is the joint's.");
   findings.plots = {torque, displacement, presliding};
   return findings;
 }
 
 Findings dahl_findings(const MeasuredExperiment& measured) {
   constexpr std::size_t kPoints = 3600;
-  constexpr double kFarApart = 0.1;  // far more than current noise over ten cycles
   const double settled_s = 1 / measured.setting("frequency_Hz", 0.1);
   Findings findings{.table = {.caption = "Stiffness at the centre of the loop",
                               .columns = {{"joint"},
                                           {"run"},
                                           {"σ0, torque as commanded", "N·m/rad"},
+                                          {"±\u00a095\u00a0%", "N·m/rad"},
                                           {"σ0, torque as measured", "N·m/rad"},
+                                          {"±\u00a095\u00a0%", "N·m/rad"},
+                                          {"encoder steps"},
                                           {"lowest displacement", "rad"},
                                           {"highest", "rad"}}}};
   std::vector<double> stiffnesses;
   std::vector<std::string> spoiled;
+  std::vector<std::string> coarse;
   for (const MeasuredJoint& joint : measured.joints) {
     Series commanded{.name = "as commanded", .x = {}, .y = {}, .look = 0};
     Series as_measured{.name = "as measured", .x = {}, .y = {}, .look = 1};
@@ -193,14 +215,19 @@ Findings dahl_findings(const MeasuredExperiment& measured) {
     }
     const std::vector<double> by_command = result(joint, "stiffness_command_Nm_per_rad");
     const std::vector<double> by_measured = result(joint, "stiffness_measured_Nm_per_rad");
+    const std::vector<double> interval = result(joint, "stiffness_command_ci95_Nm_per_rad");
+    const std::vector<double> steps = result(joint, "encoder_steps");
+    if (std::ranges::any_of(steps, [](double count) { return count < kFineSteps; }))
+      coarse.push_back(joint.name);
     const double stiffness = identification::fit::mean_of(by_command).mean;
     stiffnesses.push_back(stiffness);
     if (std::abs(identification::fit::mean_of(by_measured).mean - stiffness) >
         kFarApart * std::abs(stiffness))
       spoiled.push_back(joint.name);
     for (std::size_t i = 0; i < by_command.size(); ++i)
-      findings.table.rows.push_back({joint.name, static_cast<double>(i + 1), by_command[i], by_measured[i],
-                                     result(joint, "lowest_displacement_rad")[i],
+      findings.table.rows.push_back({joint.name, static_cast<double>(i + 1), by_command[i], interval[i],
+                                     by_measured[i], result(joint, "stiffness_measured_ci95_Nm_per_rad")[i],
+                                     steps[i], result(joint, "lowest_displacement_rad")[i],
                                      result(joint, "highest_displacement_rad")[i]});
     if (commanded.x.empty()) continue;
     Plot loop{.title = joint.name + ": torque against displacement",
@@ -209,23 +236,39 @@ Findings dahl_findings(const MeasuredExperiment& measured) {
               .series = {as_measured, commanded}};
     if (std::isfinite(stiffness)) {
       const double amplitude_Nm = measured.setting("amplitude_Nm", reach_rad * stiffness);
-      loop.title = joint.name + ": σ0 = " + runtime::number_text(stiffness, "N·m/rad");
+      loop.title = joint.name + ": σ0 = " + runtime::number_text(stiffness);
+      if (by_command.size() == 1 && std::isfinite(interval[0]))
+        loop.title += " ± " + runtime::number_text(interval[0]);
+      loop.title += " N·m/rad";
       loop.series.push_back(
           slope("slope at the centre", stiffness, std::min(reach_rad, amplitude_Nm / stiffness), kInk));
     }
     findings.plots.push_back(loop);
   }
   const std::string range = runtime::range_text(stiffnesses, "N·m/rad");
-  findings.title = findings.table.rows.empty() ? "Dahl's loop: no measurement was finished"
-                                               : "Dahl's loop: pre-sliding stiffness of " +
-                                                     runtime::list_text(names(measured)) + " is " + range;
+  if (findings.table.rows.empty())
+    findings.title = "Dahl's loop: no measurement was finished";
+  else if (!spoiled.empty())
+    findings.title = "Dahl's loop: no stiffness of " + runtime::list_text(spoiled) +
+                     ": the torque as measured does not follow the command";
+  else
+    findings.title =
+        "Dahl's loop: pre-sliding stiffness of " + runtime::list_text(names(measured)) + " is " + range;
   if (!findings.plots.empty())
     findings.remarks.emplace_back("The loops are those of all cycles after the first, which only settles.");
+  if (!coarse.empty())
+    findings.remarks.push_back(
+        "The loop of " + runtime::list_text(coarse) + " is fewer than " + runtime::number_text(kFineSteps) +
+        " encoder steps high. The slope is that between the edges of steps, and few edges leave a wide "
+        "interval; identify needs " +
+        runtime::number_text(kFineSteps) + " steps for the other parameters of the contact.");
   if (!spoiled.empty())
     findings.remarks.push_back(
         "The torque as commanded and as measured give stiffnesses that differ by more than 10 % for " +
         runtime::list_text(spoiled) +
-        ": the motors do not deliver what small commands ask for, so neither number is the stiffness.");
+        ": the motors do not deliver what small commands ask for, or the sensor reports no sign. Unless it "
+        "is "
+        "the sensor, neither number is the stiffness.");
   return findings;
 }
 
@@ -243,7 +286,10 @@ Findings presliding_findings(const MeasuredExperiment& measured) {
   Findings findings{
       .table = {.caption = "How far the torque moved the joints",
                 .columns = {{"joint"}, {"run"}, {"largest displacement", "rad"}, {"at the end", "rad"}}}};
+  const bool swings_to_one_side = measured.setting("offset_Nm", 0) != 0;
+  if (swings_to_one_side) findings.table.columns.push_back({"minima move on", "rad a period"});
   std::vector<double> largest_rad;
+  std::vector<double> creeps_rad;
   std::vector<std::string> slid;
   std::vector<Plot> loops;
   for (unsigned look = 0; look < measured.joints.size(); ++look) {
@@ -258,23 +304,32 @@ Findings presliding_findings(const MeasuredExperiment& measured) {
     }
     const std::vector<double> farthest_rad = result(joint, "largest_displacement_rad");
     const std::vector<double> last_rad = result(joint, "last_displacement_rad");
+    const std::vector<double> creep_rad =
+        swings_to_one_side ? result(joint, "creep_per_period_rad") : std::vector<double>{};
     bool slides = false;
     for (std::size_t i = 0; i < farthest_rad.size(); ++i) {
-      slides = slides || std::abs(last_rad[i]) > kCameBack * farthest_rad[i];
+      slides = slides || (!swings_to_one_side && std::abs(last_rad[i]) > kCameBack * farthest_rad[i]);
       findings.table.rows.push_back({joint.name, static_cast<double>(i + 1), farthest_rad[i], last_rad[i]});
+      if (swings_to_one_side) findings.table.rows.back().push_back(creep_rad[i]);
     }
+    creeps_rad.insert(creeps_rad.end(), creep_rad.begin(), creep_rad.end());
     largest_rad.insert(largest_rad.end(), farthest_rad.begin(), farthest_rad.end());
     if (slides) slid.push_back(joint.name);
     if (loop.x.empty()) continue;
     motion.series.push_back(moved);
     if (torque.series.empty()) torque.series.push_back(driven);
-    loops.push_back({.title = joint.name + (slides ? " slid" : " came back"),
+    loops.push_back({.title = joint.name + (swings_to_one_side ? ""
+                                            : slides           ? " slid"
+                                                               : " came back"),
                      .x = kDisplacement,
                      .y = kTorque,
                      .series = {loop}});
   }
   if (findings.table.rows.empty())
     findings.title = "Pre-sliding: no measurement was finished";
+  else if (swings_to_one_side)
+    findings.title = "Pre-sliding: the minima of " + runtime::list_text(names(measured)) + " moved on by " +
+                     runtime::range_text(creeps_rad, "rad") + " a period";
   else if (slid.empty())
     findings.title = "Pre-sliding: " + runtime::list_text(names(measured)) + " moved by " +
                      runtime::range_text(largest_rad, "rad") + " at most and came back";

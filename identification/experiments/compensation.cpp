@@ -39,7 +39,7 @@ void Compensation::count(double off_rad) noexcept {
 SetPoint Compensation::step(const Reading& reading) noexcept {
   const control::FrictionEstimate estimate = observer_.step(reading.position_rad);
   if (reading.time_s < config_.rest_s) {
-    reference_rad_ = reading.position_rad;
+    reference_rad_ = reading.position_rad + config_.reference_rad;
     return {{}, reference_rad_};
   }
   finished_ = finished_ || reading.time_s >= config_.duration_s;
@@ -49,7 +49,7 @@ SetPoint Compensation::step(const Reading& reading) noexcept {
 
   const double off_rad = reading.position_rad - reference_rad_;
   count(off_rad);
-  double torque_Nm = -config_.stiffness_Nm_per_rad * off_rad;
+  double torque_Nm = config_.extra_torque_Nm - config_.stiffness_Nm_per_rad * off_rad;
   if (compensate_) torque_Nm += compensator_.torque_Nm(torque_Nm, estimate, observer_);
   return {
       hal::JointCommand::torque_Nm(std::clamp(torque_Nm, -config_.torque_limit_Nm, config_.torque_limit_Nm)),

@@ -14,6 +14,8 @@ namespace identification::experiments {
 
 struct CompensationConfig {
   double stiffness_Nm_per_rad = 1.0;  ///< Kp
+  double reference_rad = 0;           ///< x_r, from the position at rest; 2 in the thesis
+  double extra_torque_Nm = 0;         ///< constant; 0.01 in the thesis
   double push_Nm = 0.3;
   double push_duration_s = 0.2;
   double torque_limit_Nm = 2.0;
@@ -29,6 +31,9 @@ struct CompensationConfig {
   template <typename Visitor>
   void visit(Visitor&& v) {
     v(Parameter{"stiffness_Nm_per_rad", "of the spring, Kp", 1e-3, 100}, stiffness_Nm_per_rad);
+    v(Parameter{"reference_rad", "where the spring is relaxed, from the position at rest", -100, 100},
+      reference_rad);
+    v(Parameter{"extra_torque_Nm", "constant torque beside the spring", -20, 20}, extra_torque_Nm);
     v(Parameter{"push_Nm", "torque of the push", 0, 20}, push_Nm);
     v(Parameter{"push_duration_s", "length of the push", 0.001, 10}, push_duration_s);
     v(Parameter{"torque_limit_Nm", "maximum of command and compensation together", 1e-3, 20},
@@ -48,7 +53,7 @@ struct CompensationConfig {
   }
 };
 
-/// u = −Kp·(x − x_r) + F̂, one push, then free motion. Even measurements leave F̂ out, odd ones use
+/// u = −Kp·(x − x_r) + F̂ + u₀, one push, then free motion. Even measurements leave F̂ out, odd ones use
 /// control::FrictionCompensator with the joint's friction curve. A swing is a half period: a turning point at
 /// least `smallest_swing` from x_r. Without friction it would oscillate forever; friction F reduces each
 /// swing by 2F/Kp.

@@ -1,6 +1,6 @@
 /// @file
-/// A periodic torque without feedback: `presliding` below stiction (thesis 2.5.2, figure 23) and `multisine`
-/// above it.
+/// A periodic torque without feedback: `presliding` below stiction (thesis 2.5.2, figure 23, and with an
+/// offset figure 24) and `multisine` above it.
 #pragma once
 #include <string>
 
@@ -13,6 +13,7 @@ namespace identification::experiments {
 struct PreslidingConfig {
   std::string waveform = "multisine";  ///< or "sine", at the lowest frequency
   double peak_Nm = 0.04;               ///< below the breakaway of the weakest wheel, 0.058
+  double offset_Nm = 0;                ///< around which it swings
   double lowest_Hz = 0.1;
   double highest_Hz = 5.0;
   double period_s = 10.0;
@@ -23,7 +24,10 @@ struct PreslidingConfig {
   template <typename Visitor>
   void visit(Visitor&& v) {
     v(Parameter{"waveform", "multisine, or sine at the lowest frequency"}, waveform);
-    v(Parameter{"peak_Nm", "largest torque; keep below stiction", 1e-4, 20}, peak_Nm);
+    v(Parameter{"peak_Nm", "largest torque of the wave; keep below stiction, with the offset", 1e-4, 20},
+      peak_Nm);
+    v(Parameter{"offset_Nm", "torque around which the wave swings; rises during the first period", -20, 20},
+      offset_Nm);
     v(Parameter{"lowest_Hz", "lowest frequency", 1e-3, 100}, lowest_Hz);
     v(Parameter{"highest_Hz", "highest frequency", 1e-3, 100}, highest_Hz);
     v(Parameter{"period_s", "after which the signal repeats", 0.1, 600}, period_s);
@@ -55,7 +59,9 @@ struct MultisineConfig {
 };
 
 /// One measurement: rest, then the periods. The recording is the result; the summary reports whether a
-/// presliding test stayed in presliding.
+/// presliding test stayed in presliding and, with an offset, how far the minima of position moved on from one
+/// period to the next: a contact that slips slightly at any load creeps under a torque that swings to one
+/// side.
 class TorqueWave final : public JointExperiment {
  public:
   TorqueWave(const PreslidingConfig& config, double period_s);
@@ -74,12 +80,18 @@ class TorqueWave final : public JointExperiment {
 
  private:
   Multisine wave_;
+  double period_s_;
+  double offset_Nm_ = 0.0;
   double rest_s_;
   double played_s_;
   int repeats_;
   double origin_rad_ = 0.0;
   double largest_rad_ = 0.0;
   double last_rad_ = 0.0;
+  int period_ = 0;                      // the current one
+  double lowest_rad_ = kUnknown;        // in it
+  double first_lowest_rad_ = kUnknown;  // in the first one after the offset has risen
+  double last_lowest_rad_ = kUnknown;   // in the last finished one
   bool finished_ = false;
 };
 

@@ -159,10 +159,11 @@ class Bench {
         "presliding",
         experiments::PreslidingConfig{.waveform = "sine", .peak_Nm = peak, .lowest_Hz = 1, .periods = 20},
         {});
-    add<experiments::Dahl>("dahl", experiments::DahlConfig{.amplitude_Nm = peak, .frequency_Hz = 0.5}, {});
+    add<experiments::Dahl>("dahl", experiments::DahlConfig{.amplitude_Nm = peak, .frequency_Hz = 0.5}, {},
+                           kEncoderStep_rad);
   }
 
-  /// A torque ramp ends when it slides; the resolution of its first step does not matter here.
+  /// Only the torques matter here, not what an experiment makes of the encoder's steps.
   static constexpr double kEncoderStep_rad = 6e-5;
 
   double speed_;

@@ -184,7 +184,7 @@ std::vector<Experiment> for_wheels() {
          return std::make_unique<ex::TorqueRamp>(ex::TorqueRampConfig{}, 1e-5, period_s);
        },
        3},
-      {"dahl", [](const auto&, double) { return std::make_unique<ex::Dahl>(ex::DahlConfig{}); }, 0.5},
+      {"dahl", [](const auto&, double) { return std::make_unique<ex::Dahl>(ex::DahlConfig{}, 1e-5); }, 0.5},
       {"presliding",
        [](const auto&, double period_s) {
          return std::make_unique<ex::TorqueWave>(ex::PreslidingConfig{}, period_s);
@@ -223,7 +223,7 @@ std::vector<Experiment> for_arms() {
       {"dahl",
        [](const auto&, double) {
          return std::make_unique<ex::Dahl>(
-             ex::DahlConfig{.amplitude_Nm = 0.2, .frequency_Hz = 1, .cycles = 3, .rest_s = 0.5});
+             ex::DahlConfig{.amplitude_Nm = 0.2, .frequency_Hz = 1, .cycles = 3, .rest_s = 0.5}, 1e-5);
        },
        0.1},
       {"presliding",

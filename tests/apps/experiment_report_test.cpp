@@ -157,9 +157,12 @@ TEST_F(ExperimentReport, AResultThatCouldNotBeMeasuredIsADashWithItsReason) {
       "1.0,0,0,0,0\n2.0,0,0,0,0\n");
   directory.write(
       "dahl-result/wheel-1.csv",
-      "# youbot recording v1\n# not_measured: stiffness_command_Nm_per_rad,stiffness_measured_Nm_per_rad: "
+      "# youbot recording v1\n# not_measured: stiffness_command_Nm_per_rad,stiffness_measured_Nm_per_rad,"
+      "stiffness_command_ci95_Nm_per_rad,stiffness_measured_ci95_Nm_per_rad: "
       "wheel-1 never moved up to 0.03 N·m\ntime_s,stiffness_command_Nm_per_rad,"
-      "stiffness_measured_Nm_per_rad,lowest_displacement_rad,highest_displacement_rad\n2.0,nan,nan,0,0\n");
+      "stiffness_measured_Nm_per_rad,lowest_displacement_rad,highest_displacement_rad,"
+      "stiffness_command_ci95_Nm_per_rad,stiffness_measured_ci95_Nm_per_rad,encoder_steps\n"
+      "2.0,nan,nan,0,0,nan,nan,0\n");
   write_experiment_report(directory.path(), {.experiment = "dahl", .finished = 1, .planned = 1});
   EXPECT_TRUE(says("A dash in the table: wheel-1 never moved up to 0.03 N·m."));
   EXPECT_TRUE(says(R"(<td class="number">–</td>)"));

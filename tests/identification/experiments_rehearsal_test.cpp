@@ -53,7 +53,7 @@ TEST(Rehearsal, TorqueIsTheMostThatAnyExperimentCommands) {
   TorqueRamp ramp({.rest_s = 0.1, .rate_Nm_per_s = 1, .highest_torque_Nm = 0.7, .repeats = 1}, 1e-5,
                   kPeriod_s);
   EXPECT_NEAR(rehearse(ramp, 0, kPeriod_s).torque_Nm, 0.7, 2e-3);
-  Dahl dahl({.amplitude_Nm = 0.3, .frequency_Hz = 1, .cycles = 2});
+  Dahl dahl({.amplitude_Nm = 0.3, .frequency_Hz = 1, .cycles = 2}, 1e-5);
   EXPECT_NEAR(rehearse(dahl, 0, kPeriod_s).torque_Nm, 0.3, 1e-5);
   TorqueWave wave(MultisineConfig{.peak_Nm = 0.9, .period_s = 2, .periods = 1}, kPeriod_s);
   EXPECT_NEAR(rehearse(wave, 0, kPeriod_s).torque_Nm, 0.9, 1e-3);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "control/state_variable_filter.h"
@@ -16,6 +18,7 @@
 #include "identification/experiments/stick_slip.h"
 #include "identification/experiments/torque_ramp.h"
 #include "identification/experiments/torque_wave.h"
+#include "model/effects/any_effect.h"
 #include "model/friction/sliding_table.h"
 #include "sim/drive.h"
 #include "tests/support/no_alloc_guard.h"
@@ -24,6 +27,7 @@ namespace identification::experiments {
 namespace experiments_torque_test {
 
 constexpr double kPeriod_s = 1e-3;
+constexpr double kEncoderStep_rad = 6.0795e-5;
 constexpr double kStiffness_Nm_per_rad = 250;  // the simulated drive's, thesis 2.5.2
 
 /// One simulated wheel as the bench sees it.
@@ -32,6 +36,15 @@ class Rig {
   explicit Rig(int wheel = 1, const sim::DriveParameters& parameters = {})
       : drive_(parameters, model::friction::wheel_table(wheel, {.spacing_rad_per_s = 0.005}), 1),
         filter_({}) {}
+
+  static sim::DriveParameters with(std::vector<model::effects::AnyEffect> effects) {
+    sim::DriveParameters parameters;
+    parameters.effects = std::move(effects);
+    return parameters;
+  }
+  /// Its friction is in the effects only.
+  explicit Rig(std::vector<model::effects::AnyEffect> effects)
+      : drive_(with(std::move(effects)), std::nullopt, 1), filter_({}) {}
 
   /// Runs one measurement; returns its result.
   std::vector<double> run(JointExperiment& experiment, int measurement) {
@@ -187,13 +200,35 @@ TEST(Multisine, ASingleHarmonicIsASine) {
 
 TEST(Dahl, SlopeAtTheCentreIsTheStiffnessOfTheSimulatedWheel) {
   Rig rig;
-  Dahl experiment({.amplitude_Nm = 0.06, .frequency_Hz = 0.2, .cycles = 8});
+  Dahl experiment({.amplitude_Nm = 0.06, .frequency_Hz = 0.2, .cycles = 8}, kEncoderStep_rad);
   const std::vector<double> result = rig.run(experiment, 0);
   // The loop is eight encoder steps high, and steps are coarse (thesis, figure 20).
-  EXPECT_NEAR(result[0], kStiffness_Nm_per_rad, 0.15 * kStiffness_Nm_per_rad);
+  EXPECT_EQ(result[6], 8);
+  EXPECT_NEAR(result[0], kStiffness_Nm_per_rad, 0.02 * kStiffness_Nm_per_rad);
   EXPECT_NEAR(result[1], result[0], 0.05 * kStiffness_Nm_per_rad);
   EXPECT_NEAR(result[3], 0.06 / kStiffness_Nm_per_rad, 6.1e-5);
   EXPECT_NEAR(*std::max_element(rig.commands.begin(), rig.commands.end()), 0.06, 1e-6);
+}
+
+// At any rest position within an encoder step, with any stiffness: the interval holds the truth, and is of
+// use.
+TEST(Dahl, TheIntervalHoldsTheStiffnessHoweverTheEncoderStepsFall) {
+  int held = 0, runs = 0;
+  for (const double stiffness : {180.0, 250.0, 330.0})
+    for (int i = 0; i < 4; ++i) {
+      sim::DriveParameters parameters;
+      parameters.presliding.stiffness = stiffness;
+      parameters.sensors.position_resolution_rad = kEncoderStep_rad * (1 + 0.07 * i);
+      Rig rig(1, parameters);
+      Dahl experiment({.frequency_Hz = 0.5, .cycles = 4, .rest_s = 0.5},
+                      parameters.sensors.position_resolution_rad);
+      const std::vector<double> result = rig.run(experiment, 0);
+      EXPECT_NEAR(result[0], stiffness, 0.02 * stiffness);
+      EXPECT_LT(result[4], 0.05 * stiffness);
+      held += std::abs(result[0] - stiffness) <= result[4] ? 1 : 0;
+      ++runs;
+    }
+  EXPECT_GE(held, runs - 2);
 }
 
 TEST(Presliding, StaysBelowStictionAndReportsWhenItDidNot) {
@@ -202,6 +237,43 @@ TEST(Presliding, StaysBelowStictionAndReportsWhenItDidNot) {
   EXPECT_LT(rig.run(below, 0)[0], 3e-4);
   TorqueWave above(MultisineConfig{.periods = 1}, kPeriod_s);
   EXPECT_GT(rig.run(above, 0)[0], 0.1);
+}
+
+// Thesis figure 24: the torque swings to one side, close to breakaway. A drive that follows LuGre creeps by
+// (Fs/σ0)·(ln((Fs − F1)/(Fs − F2)) − ln((Fs + F2)/(Fs + F1))) a period; the encoder shows that in whole
+// steps.
+TEST(Presliding, ATorqueToOneSideLetsAContactOfLuGreCreep) {
+  constexpr double kFs = 0.08976, kLow = 0.03, kHigh = 0.07;
+  const double creep_rad = kFs / kStiffness_Nm_per_rad *
+                           (std::log((kFs - kLow) / (kFs - kHigh)) - std::log((kFs + kHigh) / (kFs + kLow)));
+  const PreslidingConfig config{
+      .waveform = "sine", .peak_Nm = 0.02, .offset_Nm = 0.05, .lowest_Hz = 0.5, .periods = 12};
+  const auto creep = [&](Rig&& rig) {
+    TorqueWave experiment(config, kPeriod_s);
+    return rig.run(experiment, 0)[2];
+  };
+  EXPECT_NEAR(creep(Rig({model::effects::make_effect("lugre")})), creep_rad, 0.05 * creep_rad);
+  EXPECT_NEAR(creep(Rig(1)), 0, 0.02 * creep_rad) << "a contact that does not yield below its level";
+}
+
+// Thesis figure 28: the wheel swings about a position that it has to reach; a constant torque moves that by
+// torque/Kp.
+TEST(Compensation, SwingsAboutAReferenceThatAConstantTorqueMoves) {
+  const auto middle = [](double extra_Nm) {
+    Rig rig;
+    Compensation experiment({.stiffness_Nm_per_rad = 0.2,
+                             .reference_rad = 2,
+                             .extra_torque_Nm = extra_Nm,
+                             .push_Nm = 0,
+                             .duration_s = 12},
+                            model::friction::wheel_table(1), 0.8, kPeriod_s);
+    const double start_rad = rig.drive().position_rad();
+    EXPECT_LT(rig.run(experiment, 1)[2], -1.5) << "the first swing starts at rest, below the reference";
+    return rig.drive().position_rad() - start_rad;
+  };
+  const double without = middle(0);
+  EXPECT_NEAR(without, 2, 0.3);
+  EXPECT_GT(middle(0.1), without + 0.1);
 }
 
 TEST(StickSlip, ASoftSpringMakesTheSimulatedWheelSlipAndAStiffOneDoesNot) {
@@ -238,7 +310,7 @@ TEST(Experiments, DoNotAllocateOrLockInTheCycle) {
   all.push_back(std::make_unique<SteadyState>(
       SteadyStateConfig{.settle_s = 0.2, .measure_s = 1, .extra_s = 0, .sets = "1"}, kPeriod_s));
   all.push_back(std::make_unique<TorqueRamp>(TorqueRampConfig{}, 6e-5, kPeriod_s));
-  all.push_back(std::make_unique<Dahl>(DahlConfig{}));
+  all.push_back(std::make_unique<Dahl>(DahlConfig{}, 6e-5));
   all.push_back(std::make_unique<TorqueWave>(MultisineConfig{}, kPeriod_s));
   all.push_back(std::make_unique<TorqueWave>(PreslidingConfig{}, kPeriod_s));
   all.push_back(std::make_unique<StickSlip>(StickSlipConfig{}));
