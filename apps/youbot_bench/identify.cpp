@@ -150,10 +150,16 @@ void restrict_map(const Teller& tell, IdentifiedRig& rig, const fits::SpeedRange
     throw std::invalid_argument("--speeds-above, --speeds-below: no speed in the map of " + model.name +
                                 " is left to fit");
   std::string line = restriction(speeds) + ": " + std::to_string(evidence.not_asked_for.size()) + " of " +
-                     std::to_string(all) + " points left out, at";
-  for (const fits::MapPoint& point : evidence.not_asked_for)
-    line += fmt::format(" {:.4g}", point.velocity_rad_per_s);
-  model.evidence.push_back(line + " rad/s");
+                     std::to_string(all) + " points left out";
+  // More of them hide the rest, and the range says which they are.
+  constexpr std::size_t kListed = 16;
+  if (evidence.not_asked_for.size() <= kListed) {
+    line += ", at";
+    for (const fits::MapPoint& point : evidence.not_asked_for)
+      line += fmt::format(" {:.4g}", point.velocity_rad_per_s);
+    line += " rad/s";
+  }
+  model.evidence.push_back(line);
   tell("{}\n", model.evidence.back());
 }
 

@@ -216,7 +216,7 @@ TEST_F(IdentifyCommand, LeavesOutTheGivenSpeedsAndReportsWhich) {
   EXPECT_NE(text_of(directory_ / "out" / "report.html").find("\"left out\""), std::string::npos);
 
   EXPECT_EQ(run("--law kfm --speeds-above 1.1 --speeds-below 3.9 --map " + file), 0) << output_;
-  EXPECT_TRUE(said("fitted to speeds from 1.1 to 3.9 rad/s: 18 of 32 points left out")) << output_;
+  EXPECT_TRUE(said("fitted to speeds from 1.1 to 3.9 rad/s: 18 of 32 points left out\n")) << output_;
   EXPECT_NEAR(coulomb(), 0.025, 2e-4) << model();
 
   EXPECT_EQ(run("--speeds-above 4 --speeds-below 4 --map " + file), 2);
