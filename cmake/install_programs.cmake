@@ -9,6 +9,7 @@ install(TARGETS ${programs} RUNTIME DESTINATION bin COMPONENT programs)
 install(FILES ${udev_rules} DESTINATION ${YOUBOT_UDEV_RULES_DIR} COMPONENT programs)
 install(FILES apps/youbotd/demo.toml apps/youbotd/teleop.toml apps/youbot_gap/known_wheel.toml
         DESTINATION share/youbot-hal COMPONENT programs)
+install(DIRECTORY apps/youbot_sim/thesis DESTINATION share/youbot-hal COMPONENT programs)
 
 # Each program writes its manual page and its completion itself, from the options that it reads.
 foreach(program IN LISTS programs)

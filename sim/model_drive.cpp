@@ -14,7 +14,7 @@ constexpr double kContactAngle_rad = 0.3;  // per integration step
 constexpr double kContactDampingRatio = 0.3;
 /// Steps in the longest stable one, for accuracy.
 constexpr double kStableSteps = 5;
-constexpr double kMaxSubsteps = 1e4;
+constexpr double kMostSubsteps = 1e4;
 
 model::effects::Mechanics mechanics(const model::effects::DriveModel& model,
                                     const model::effects::EffectChain& effects, double step_s) {
@@ -35,7 +35,7 @@ ModelDrive::ModelDrive(const model::effects::DriveModel& model, double step_s, i
       effects_(model.effects),
       parts_(mechanics(model, effects_, step_s / substeps), std::nullopt, effects_) {
   const double needed = std::ceil(kStableSteps * step_s / parts_.longest_step_s());
-  if (!(needed <= kMaxSubsteps))
+  if (!(needed <= kMostSubsteps))
     throw std::invalid_argument("simulated drive: a friction law needs steps below " +
                                 std::to_string(1e9 * parts_.longest_step_s()) + " ns");
   substeps_ = std::max(substeps, static_cast<int>(needed));

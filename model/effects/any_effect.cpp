@@ -71,13 +71,13 @@ std::size_t index_of(const EffectDescription& effect, std::string_view parameter
                               " is unknown; it has " + (list.empty() ? "none" : list));
 }
 
-const EffectDescription* found(std::span<const EffectDescription> descriptions, std::string_view name) {
+const EffectDescription* find_in(std::span<const EffectDescription> descriptions, std::string_view name) {
   const auto at = std::ranges::find(descriptions, name, &EffectDescription::name);
   return at == descriptions.end() ? nullptr : &*at;
 }
 
 AnyEffect with_defaults(std::string_view effect) {
-  if (found(friction_law_effects(), effect) != nullptr) return FrictionLaw(friction::make_law(effect));
+  if (find_in(friction_law_effects(), effect) != nullptr) return FrictionLaw(friction::make_law(effect));
   for (const Added& custom : registry().added)
     if (custom.effect.name == effect)
       return Custom(custom.effect, custom.effect.amplitude.initial,
@@ -90,8 +90,8 @@ std::string problem_of(const CustomEffect& effect) {
   const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; };
   if (effect.name.empty() || !std::ranges::all_of(effect.name, is_letter))
     return "its name takes lower-case letters, digits and underscores";
-  if (found(effect_descriptions(), effect.name) != nullptr) return "there is an effect of that name";
-  if (found(friction_law_effects(), effect.name) != nullptr) return "there is a friction law of that name";
+  if (find_in(effect_descriptions(), effect.name) != nullptr) return "there is an effect of that name";
+  if (find_in(friction_law_effects(), effect.name) != nullptr) return "there is a friction law of that name";
   if (registry().added.size() >= kMaxCustomEffects)
     return "there are " + std::to_string(kMaxCustomEffects) + " custom effects, which is the maximum";
   if (effect.level == nullptr && effect.load == nullptr) return "it has neither level nor load";
@@ -165,7 +165,7 @@ std::span<const EffectDescription> friction_law_effects() {
 
 const EffectDescription& effect_description(std::string_view effect) {
   for (const auto& descriptions : {effect_descriptions(), friction_law_effects()})
-    if (const EffectDescription* description = found(descriptions, effect)) return *description;
+    if (const EffectDescription* description = find_in(descriptions, effect)) return *description;
   std::string names, laws;
   append_names(effect_descriptions(), names);
   append_names(friction_law_effects(), laws);
@@ -176,7 +176,7 @@ const EffectDescription& effect_description(std::string_view effect) {
 const EffectDescription& description_of(const AnyEffect& effect) noexcept {
   const std::vector<EffectDescription>& all = registry().descriptions;
   if (const auto* law = std::get_if<FrictionLaw>(&effect))
-    return *found(friction_law_effects(), law->law().name());
+    return *find_in(friction_law_effects(), law->law().name());
   if (const auto* custom = std::get_if<Custom>(&effect))
     return *std::ranges::find(all, custom->kind().name, &EffectDescription::name);
   return all[effect.index()];

@@ -12,6 +12,7 @@
 #include "apps/youbot_sim/fault_file.h"
 #include "control/teleoperation.h"
 #include "model/effects/any_effect.h"
+#include "model/friction/any_law.h"
 #include "operation/base_recording.h"
 #include "operation/cycle_record.h"
 #include "runtime/configuration/drive_model_file.h"
@@ -97,6 +98,26 @@ TEST_F(FileFormats, EveryEffectIsThereWithItsParameters) {
       EXPECT_TRUE(says(row, "`" + std::string(parameter.name) + "`")) << effect.name << " " << parameter.name;
     EXPECT_EQ(static_cast<std::size_t>(std::ranges::count(row, '`')), 2 + 2 * effect.parameters.size())
         << row;
+  }
+}
+
+// Rows say "those of `kfm`"; of numbered elements they have the first.
+TEST_F(FileFormats, EveryFrictionLawIsThereWithItsParameters) {
+  const std::string text = document();
+  for (const model::effects::EffectDescription& law : model::effects::friction_law_effects()) {
+    std::string rows = row_of(text, std::string(law.name));
+    EXPECT_FALSE(rows.empty()) << law.name;
+    for (const char* base : {"lugre", "kfm"})
+      if (says(rows, "those of `" + std::string(base) + "`")) rows += row_of(text, base);
+    const bool remembers = model::friction::law_description(law.name).has_memory;
+    EXPECT_EQ(says(row_of(text, std::string(law.name)), "| yes |"), remembers) << law.name;
+    for (const auto& parameter : law.parameters) {
+      const std::size_t digit = parameter.name.find_first_of("0123456789");
+      if (digit != parameter.name.npos && parameter.name.substr(digit, 2) != "1_" &&
+          parameter.name.substr(digit) != "1")
+        continue;
+      EXPECT_TRUE(says(rows, "`" + std::string(parameter.name) + "`")) << law.name << " " << parameter.name;
+    }
   }
 }
 

@@ -70,7 +70,7 @@ TEST(Effects, TheLibraryHasEveryNameOfTheContract) {
 }
 
 TEST(Effects, WhatDoesNotExistIsNamedWithWhatDoes) {
-  EXPECT_NE(message_of("stiction", {}).find("there are coulomb, viscous, stribeck"), std::string::npos);
+  EXPECT_NE(message_of("stickiness", {}).find("there are coulomb, viscous, stribeck"), std::string::npos);
   EXPECT_NE(message_of("coulomb", {{"torque", 1}}).find("it has torque_Nm"), std::string::npos);
   EXPECT_NE(message_of("coulomb", {{"torque_Nm", -1}}).find("is not within 0"), std::string::npos);
   EXPECT_NE(message_of("coulomb", {{"torque_Nm", std::nan("")}}).find("torque_Nm"), std::string::npos);
@@ -91,6 +91,19 @@ AnyEffect added_log_friction(std::initializer_list<NamedValue> values) {
   static const bool kAdded = (add_custom_effect(log_friction()), true);
   EXPECT_TRUE(kAdded);
   return make_effect("log_friction", values);
+}
+
+TEST(Effects, AFrictionLawIsAnEffectByItsName) {
+  const AnyEffect law = make_effect("lugre", {{"coulomb_Nm", 0.05}});
+  EXPECT_EQ(name_of(law), "lugre");
+  EXPECT_EQ(parameter_of(law, "coulomb_Nm"), 0.05);
+  EXPECT_NEAR(level({law}, 100.0), 0.05 + 0.01898 * 100, 1e-9) << "its steady level";
+  EXPECT_EQ(sliding_torque_Nm(chain({law}), -2.0), -level({law}, 2.0));
+  EXPECT_TRUE(amplitudes_of(law).empty());
+  EXPECT_NE(message_of("lugre", {{"torque", 1}}).find("it has coulomb_Nm"), std::string::npos);
+  EXPECT_NE(message_of("lugre", {{"coulomb_Nm", -1}}).find("coulomb_Nm = -1"), std::string::npos);
+  EXPECT_EQ(make_effect("coulomb").index(), 0U) << "of the same name: the effect";
+  for (const EffectDescription& each : friction_law_effects()) EXPECT_FALSE(each.shows.empty()) << each.name;
 }
 
 TEST(CustomEffects, OneActsAndIsDescribedAsTheLibrarysDo) {

@@ -123,6 +123,25 @@ TEST_F(WheelModels, SimulatedWheelsFollowAModelOrHideAnEffectNotBoth) {
       << both;
 }
 
+TEST_F(WheelModels, EachSimulatedWheelMayFollowAModelOfItsOwn) {
+  directory_.write("models/stiff.toml",
+                   "format = \"youbot-drive-model/1\"\nname = \"stiff\"\ninertia_kg_m2 = 0.01\n"
+                   "[[effect]]\ntype = \"lugre\"\n");
+  const Config config = load_config(directory_.write(
+      "c.toml",
+      "[simulation]\nmodels = [\"models/good.toml\", \"models/good.toml\", \"models/stiff.toml\", "
+      "\"models/good.toml\"]\n"));
+  ASSERT_EQ(config.robot.simulation.models.size(), 4U);
+  EXPECT_EQ(config.robot.simulation.models[2].name, "stiff");
+  EXPECT_EQ(problem("[simulation]\nmodels = [\"models/good.toml\"]\n"),
+            "lab.toml:2: 'simulation.models' should have a drive model for each of the 4 wheels, found 1");
+  const std::string both = problem(
+      "[simulation]\nmodel = \"models/good.toml\"\nmodels = [\"models/good.toml\", "
+      "\"models/good.toml\", \"models/stiff.toml\", \"models/good.toml\"]\n");
+  EXPECT_EQ(both.find("lab.toml:3: 'simulation.models' and 'simulation.model' exclude each other"), 0U)
+      << both;
+}
+
 TEST_F(WheelModels, TheBuiltInDemoIsTheFileItSays) {
   std::ifstream file(support::source_dir() + "/apps/youbotd/demo.toml", std::ios::binary);
   EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}), kDemoConfig);

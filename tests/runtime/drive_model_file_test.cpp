@@ -6,7 +6,13 @@
 #include <string>
 #include <vector>
 
+#include "model/effects/any_effect.h"
+#include "model/effects/basis.h"
+#include "model/effects/effect_chain.h"
+#include "model/friction/wheel_curve.h"
 #include "runtime/configuration/toml_reader.h"
+#include "sim/model_drive.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/temporary_directory.h"
 
 namespace runtime {
@@ -85,13 +91,57 @@ TEST_F(DriveModelFile, EveryEffectReadsBackToTheLastDigit) {
   }
 }
 
+TEST_F(DriveModelFile, EveryFrictionLawReadsBackToTheLastDigit) {
+  for (const auto& law : model::effects::friction_law_effects()) {
+    std::vector<model::effects::NamedValue> values;
+    for (const auto& parameter : law.parameters)
+      if (parameter.name != "wheel" && parameter.initial > 0)
+        values.push_back({parameter.name, parameter.initial * (1 + 1e-3 / 3)});
+    const DriveModel model{.inertia_kg_m2 = 0.01, .effects = {make_effect(law.name, values)}};
+    const DriveModel again = read(drive_model_text(model));
+    ASSERT_EQ(again.effects.size(), 1U) << law.name;
+    EXPECT_EQ(name_of(again.effects[0]), law.name);
+    EXPECT_EQ(values_of(again.effects[0]), values_of(model.effects[0])) << law.name;
+  }
+}
+
+TEST_F(DriveModelFile, ALawNeedsNoParameterAndRefusesWhatItCannotBe) {
+  const std::string head = std::string(kHead) + "[[effect]]\ntype = ";
+  EXPECT_EQ(values_of(read(head + "\"lugre\"\n").effects.at(0)), values_of(make_effect("lugre")));
+  const auto bounds = problems(head + "\"lugre\"\nstatic_Nm = -1.0\n");
+  ASSERT_EQ(bounds.size(), 1U);
+  EXPECT_NE(bounds[0].find("'effect[0].static_Nm'"), std::string::npos) << bounds[0];
+  const auto half = problems(head + "\"measured_wheel\"\nwheel = 1.5\n");
+  ASSERT_EQ(half.size(), 1U);
+  EXPECT_NE(half[0].find("expected a whole number"), std::string::npos) << half[0];
+}
+
+// Thesis: curves of appendix A, a motor that delivers 0.03 N·m for any smaller command, current without sign.
+TEST_F(DriveModelFile, TheWheelsOfTheThesisAreInFiles) {
+  for (int wheel = 1; wheel <= 4; ++wheel) {
+    const DriveModel model = read_drive_model(support::source_dir() + "/apps/youbot_sim/thesis/wheel-" +
+                                              std::to_string(wheel) + ".toml");
+    const model::effects::EffectChain chain(model.effects);
+    for (const double velocity : {0.03, 0.2, 1.0, 3.2, -0.05, -4.0, -9.0})
+      EXPECT_NEAR(model::effects::sliding_torque_Nm(chain, velocity),
+                  model::friction::wheel_curve_Nm(wheel, velocity), 5e-4)
+          << wheel << " at " << velocity;
+    sim::ModelDrive drive(model, 1e-3);
+    drive.step(-0.004);
+    EXPECT_EQ(drive.delivered_Nm(), -0.03);
+    EXPECT_EQ(drive.reported_Nm(), 0.03);
+    for (int i = 0; i < 3000; ++i) drive.step(0.05);
+    EXPECT_NEAR(drive.position_rad(), 0.05 / 250, 2e-6) << "held by the contact";
+  }
+}
+
 TEST_F(DriveModelFile, WhatIsWrongIsNamedWithItsLine) {
   EXPECT_EQ(problems("format = \"youbot-drive-model/2\"\nname = \"x\"\ninertia_kg_m2 = 0.01\n"),
             std::vector<std::string>{
                 ":1: 'format' is 'youbot-drive-model/2'; this program reads 'youbot-drive-model/1'"});
-  const auto unknown = problems(std::string(kHead) + "[[effect]]\ntype = \"stiction\"\ntorque_Nm = 1.0\n");
+  const auto unknown = problems(std::string(kHead) + "[[effect]]\ntype = \"stickiness\"\ntorque_Nm = 1.0\n");
   ASSERT_EQ(unknown.size(), 1U);
-  EXPECT_TRUE(unknown[0].starts_with(":5: 'effect[0].type' is 'stiction'; there are coulomb, viscous"))
+  EXPECT_TRUE(unknown[0].starts_with(":5: 'effect[0].type' is 'stickiness'; there are coulomb, viscous"))
       << unknown[0];
   const auto key =
       problems(std::string(kHead) + "[[effect]]\ntype = \"coulomb\"\ntorque_Nm = 0.1\ntorque = 1.0\n");

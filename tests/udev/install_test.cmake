@@ -31,6 +31,10 @@ set(expected ${installed_programs} ${installed_rules} ${UNIT_DIR}/youbotd.servic
              /usr/share/youbot-hal/demo.toml
              /usr/share/youbot-hal/known_wheel.toml
              /usr/share/youbot-hal/teleop.toml
+             /usr/share/youbot-hal/thesis/wheel-1.toml
+             /usr/share/youbot-hal/thesis/wheel-2.toml
+             /usr/share/youbot-hal/thesis/wheel-3.toml
+             /usr/share/youbot-hal/thesis/wheel-4.toml
              ${documents})
 file(GLOB_RECURSE found ${SCRATCH}/*)
 list(TRANSFORM found REPLACE "^${SCRATCH}" "")
