@@ -1,6 +1,6 @@
 /// @file
 /// Force on the hand from the spring between set-point and end effector (thesis 3.4.1: position-error force
-/// feedback).
+/// feedback), from the estimated contact force (position-force feedback), or from both.
 #pragma once
 #include <Eigen/Core>
 
@@ -9,12 +9,20 @@
 namespace control {
 
 /// The spring that pulls the end effector to the set-point also pulls the handle to the end effector: f_H =
-/// −R_HW·f_W/k_f, limited in magnitude. Cycle: pure.
+/// −R_HW·f_W/k_f, limited in magnitude. What the environment does to the end effector is a share c of it:
+/// f_W = (1 − c)·f_spring − c·f_contact. Cycle: pure.
 struct ForceFeedback {
   double force_scale = 10.0;   ///< k_f, force on the end effector over force on the hand
   double force_limit_N = 8.0;  ///< on the hand
+  double contact_share = 0.0;  ///< c, 0 to 1
 
-  /// `force_W_N`: spring force on the end effector.
+  /// f_W. At rest both parts are equal but for the friction that the spring overcomes.
+  Eigen::Vector3d felt_W_N(const Eigen::Vector3d& spring_W_N,
+                           const Eigen::Vector3d& contact_W_N) const noexcept {
+    return (1 - contact_share) * spring_W_N - contact_share * contact_W_N;
+  }
+
+  /// `force_W_N`: f_W.
   Eigen::Vector3d force_H_N(const Eigen::Vector3d& force_W_N) const noexcept {
     const Eigen::Vector3d force_H_N = -turned_H_W(force_W_N) / force_scale;
     const double magnitude_N = force_H_N.norm();

@@ -57,6 +57,11 @@ void HapticMapping::index(const Grip& grip, const TipPose& target) noexcept {
   q_WT_index_ = target.q_WT;
 }
 
+void HapticMapping::set_motion_scale(double scale, const Grip& grip) noexcept {
+  offset_W_m_ += (config_.motion_scale - scale) * turned_H_W(grip.p_HD_m);
+  config_.motion_scale = scale;
+}
+
 const TipPose& HapticMapping::step(const Grip& grip, const TipPose& tip, bool may_drive,
                                    bool fresh) noexcept {
   if (config_.rate_only) {

@@ -26,7 +26,7 @@ struct Grip {
 /// rotation since the last index. After an index nothing is driven until the handle has been inside the
 /// boundary, or a rate-only device has been at rest for 0.2 s: until then a deflected cap does not drive, nor
 /// does one that passes through its centre or has not reported since it was opened. One thread. Cycle:
-/// index(), step().
+/// all but construction.
 class HapticMapping {
  public:
   enum class Mode { kPosition, kRate };
@@ -61,6 +61,11 @@ class HapticMapping {
   /// sample is new; old samples do not prove rest.
   const TipPose& step(const Grip& grip, const TipPose& tip, bool may_drive = true,
                       bool fresh = true) noexcept;
+
+  /// From the next step on. The set-point does not jump: the handle's current position, `grip`, keeps its
+  /// target.
+  void set_motion_scale(double scale, const Grip& grip) noexcept;
+  void set_rate_speed(double speed_m_per_s) noexcept { config_.rate_speed_m_per_s = speed_m_per_s; }
 
   const TipPose& target() const noexcept { return target_; }
   Mode mode() const noexcept { return mode_; }

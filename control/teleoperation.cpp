@@ -40,6 +40,8 @@ Teleoperation::Config checked(const Teleoperation::Config& config) {
           config.setpoint_turn_limit_rad);
   positive(config.feedback.force_scale, "force_scale");
   positive(config.feedback.force_limit_N, "force_limit_N");
+  require(config.feedback.contact_share >= 0 && config.feedback.contact_share <= 1, "contact_share",
+          config.feedback.contact_share);
   positive(config.centred_within_m, "centred_within_m");
   positive(config.unfolding_speed_rad_per_s, "unfolding_speed_rad_per_s");
   positive(config.unfolded_within_rad, "unfolded_within_rad");
@@ -110,7 +112,9 @@ double shortest_s(double way, const SetpointLimits& limits) noexcept {
                    std::cbrt(60 * way / limits.jerk)});
 }
 
-double grown(double value, double limit, double step) noexcept { return std::min(limit, value + step); }
+double approached(double value, double target, double step) noexcept {
+  return std::clamp(target, value - step, value + step);
+}
 
 }  // namespace
 
@@ -132,6 +136,10 @@ const char* name(TeleopPhase phase) noexcept {
 
 Teleoperation::Teleoperation(const Config& config)
     : config_(checked(config)),
+      tuning_(tuning_of(config)),
+      hand_force_gain_(1 / config.feedback.force_scale),
+      contact_share_(config.feedback.contact_share),
+      rate_speed_m_per_s_(config.mapping.rate_speed_m_per_s),
       robot_(config.robot),
       mapping_(config.mapping),
       smoothing_(within_walls(config)),
@@ -142,6 +150,15 @@ Teleoperation::Teleoperation(const Config& config)
   for (std::size_t i = 0; i < speed_proofs_.size(); ++i)
     speed_proofs_[i] = SpeedProof(i < kFirstArmJoint ? config.wheel_speed_limit_rad_per_s
                                                      : config.joint_speed_limit_rad_per_s);
+}
+
+TeleopTuning Teleoperation::tuning_of(const Config& config) noexcept {
+  return {.stiff = config.stiff,
+          .force_scale = config.feedback.force_scale,
+          .force_feedback = config.force_feedback,
+          .contact_share = config.feedback.contact_share,
+          .motion_scale = config.mapping.motion_scale,
+          .rate_speed_m_per_s = config.mapping.rate_speed_m_per_s};
 }
 
 void Teleoperation::request_stop(TeleopEnd why) noexcept {
@@ -185,7 +202,8 @@ const TeleopOutput& Teleoperation::step(const TeleopInput& input) noexcept {
   if ((phase_ == TeleopPhase::kOff || phase_ == TeleopPhase::kFaulted) && start_)
     begin(input);
   else
-    robot_.sense(input.wheel_position_rad, input.arm_position_rad, input.robot_elapsed_s);
+    robot_.sense(input.wheel_position_rad, input.arm_position_rad, input.robot_elapsed_s,
+                 input.arm_torque_Nm);
   prove_speeds(input);
   in_phase_s_ += config_.period_s;
   check(input);
@@ -401,13 +419,10 @@ void Teleoperation::approach(const TeleopInput& input) noexcept {
 
 void Teleoperation::operate(const TeleopInput& input) noexcept {
   const double period_s = config_.period_s;
-  stiffness_.translation_N_per_m = grown(stiffness_.translation_N_per_m, config_.stiff.translation_N_per_m,
-                                         config_.stiffening_per_s.translation_N_per_m * period_s);
-  stiffness_.rotation_Nm_per_rad = grown(stiffness_.rotation_Nm_per_rad, config_.stiff.rotation_Nm_per_rad,
-                                         config_.stiffening_per_s.rotation_Nm_per_rad * period_s);
+  follow_tuning(input.grip);
   if (phase_ == TeleopPhase::kStiffening &&
-      stiffness_.translation_N_per_m >= config_.stiff.translation_N_per_m &&
-      stiffness_.rotation_Nm_per_rad >= config_.stiff.rotation_Nm_per_rad)
+      stiffness_.translation_N_per_m >= tuning_.stiff.translation_N_per_m &&
+      stiffness_.rotation_Nm_per_rad >= tuning_.stiff.rotation_Nm_per_rad)
     enter(TeleopPhase::kOperating);
 
   const bool clutch = is_down(config_.clutch_button, input);
@@ -416,9 +431,8 @@ void Teleoperation::operate(const TeleopInput& input) noexcept {
   if (clutched_) {
     feedback_share_ = 0;
   } else {
-    feedback_share_ = config_.force_feedback && config_.master_has_force
-                          ? grown(feedback_share_, 1.0, period_s / config_.feedback_fade_s)
-                          : 0.0;
+    feedback_share_ = approached(feedback_share_, tuning_.force_feedback && config_.master_has_force ? 1 : 0,
+                                 period_s / config_.feedback_fade_s);
     // The robot, not the operator, may have pushed the handle out; do not drive then.
     const bool may_drive = config_.mapping.rate_only || (config_.master_has_force && !tank_.nearly_empty());
     mapping_.step(input.grip, tip(), may_drive, input.grip_fresh);
@@ -441,6 +455,25 @@ void Teleoperation::operate(const TeleopInput& input) noexcept {
     mapping_.index(input.grip, smoothing_.setpoint());
     enter(TeleopPhase::kLetGo);
   }
+}
+
+void Teleoperation::follow_tuning(const Grip& grip) noexcept {
+  const double period_s = config_.period_s;
+  stiffness_.translation_N_per_m =
+      approached(stiffness_.translation_N_per_m, tuning_.stiff.translation_N_per_m,
+                 config_.stiffening_per_s.translation_N_per_m * period_s);
+  stiffness_.rotation_Nm_per_rad =
+      approached(stiffness_.rotation_Nm_per_rad, tuning_.stiff.rotation_Nm_per_rad,
+                 config_.stiffening_per_s.rotation_Nm_per_rad * period_s);
+
+  const double share = period_s / config_.feedback_fade_s;
+  hand_force_gain_ =
+      approached(hand_force_gain_, 1 / tuning_.force_scale, share / config_.feedback.force_scale);
+  contact_share_ = approached(contact_share_, tuning_.contact_share, share);
+  rate_speed_m_per_s_ =
+      approached(rate_speed_m_per_s_, tuning_.rate_speed_m_per_s, share * config_.mapping.rate_speed_m_per_s);
+  mapping_.set_rate_speed(rate_speed_m_per_s_);
+  mapping_.set_motion_scale(tuning_.motion_scale, grip);
 }
 
 void Teleoperation::wait_for_hand(const TeleopInput& input) noexcept {
@@ -513,12 +546,15 @@ void Teleoperation::command_master(const TeleopInput& input) noexcept {
   if (!mapped) return;
 
   const double stretch_m = (smoothing_.setpoint().p_WT_m - robot_.state().X_WT.translation()).norm();
+  const ForceFeedback feedback{.force_scale = 1 / hand_force_gain_,
+                               .force_limit_N = config_.feedback.force_limit_N,
+                               .contact_share = contact_share_};
+  const Eigen::Vector3d felt_W_N = feedback.felt_W_N(output_.spring_W_N, robot_.state().contact_W_N);
   const double stored_J =
-      feedback_share_ *
-      config_.feedback.stored_J(stretch_m, stiffness_.translation_N_per_m, config_.mapping.motion_scale);
+      feedback_share_ * feedback.stored_J(stretch_m, stiffness_.translation_N_per_m, tuning_.motion_scale);
   const EnergyTank::Output coupling =
       tank_.step(grip.p_HD_m, grip.v_HD_H_m_per_s, input.held_H_N - held_fixed_H_N,
-                 feedback_share_ * config_.feedback.force_H_N(output_.spring_W_N), stored_J);
+                 feedback_share_ * feedback.force_H_N(felt_W_N), stored_J);
   output_.force_H_N += coupling.force_N;
   output_.withheld_N = withheld_N_ = coupling.withheld_N;
   output_.tank_J = tank_.level_J();

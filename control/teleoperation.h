@@ -85,7 +85,8 @@ struct TeleopInput {
   SampleBounds robot_taken{};               ///< when the sample was taken
   WheelVector wheel_position_rad = WheelVector::Zero();
   ArmVector arm_position_rad = ArmVector::Zero();
-  bool arm_homed = false;  ///< its angles are relative to its end stops
+  std::optional<ArmVector> arm_torque_Nm{};  ///< commanded since the last sample; empty: by position
+  bool arm_homed = false;                    ///< its angles are relative to its end stops
   // Haptic device.
   bool master_ready = false;  ///< it has a position and accepts a force
   bool grip_fresh = false;    ///< this is a new sample
@@ -126,7 +127,18 @@ struct TeleopOutput {
   bool protecting = false;
 };
 
-/// One thread. Cycle: step() and the requests; nothing allocates, locks or throws. Time is counted in cycles.
+/// What the operator may change during operation (thesis 3.5); otherwise as in Teleoperation::Config.
+struct TeleopTuning {
+  CartesianStiffness stiff{};
+  double force_scale = 0.0;
+  bool force_feedback = false;
+  double contact_share = 0.0;
+  double motion_scale = 0.0;
+  double rate_speed_m_per_s = 0.0;
+};
+
+/// One thread. Cycle: step(), tune() and the requests; nothing allocates, locks or throws. Time is counted in
+/// cycles.
 class Teleoperation {
  public:
   struct Config {
@@ -196,6 +208,11 @@ class Teleoperation {
   /// Before the first step after a pause of the loop: comes to rest, with velocity estimates restarted.
   void stop_after_gap(const TeleopInput& input) noexcept;
 
+  /// Values in the ranges of Config. The stiffness follows by `stiffening_per_s`; feedback, force scale and
+  /// rate speed within `feedback_fade_s`; the motion scale at once, without a jump of the set-point.
+  void tune(const TeleopTuning& tuning) noexcept { tuning_ = tuning; }
+  static TeleopTuning tuning_of(const Config& config) noexcept;
+
   const TeleopOutput& step(const TeleopInput& input) noexcept;
 
   TeleopPhase phase() const noexcept { return phase_; }
@@ -225,6 +242,7 @@ class Teleoperation {
   void unfold(const TeleopInput& input) noexcept;
   void approach(const TeleopInput& input) noexcept;
   void operate(const TeleopInput& input) noexcept;
+  void follow_tuning(const Grip& grip) noexcept;
   void wait_for_hand(const TeleopInput& input) noexcept;
   void come_to_rest() noexcept;
   void lower_arm() noexcept;
@@ -238,6 +256,10 @@ class Teleoperation {
   bool for_long(bool condition, double duration_s) noexcept;
 
   Config config_;
+  TeleopTuning tuning_;
+  double hand_force_gain_ = 0.0;  // 1/force_scale
+  double contact_share_ = 0.0;
+  double rate_speed_m_per_s_ = 0.0;
   WholeBodyController robot_;
   HapticMapping mapping_;
   SetpointSmoothing smoothing_;

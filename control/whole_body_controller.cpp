@@ -37,6 +37,7 @@ WholeBodyController::WholeBodyController(const Config& config)
       base_(config.base),
       spring_(config.spring),
       protection_(config.protection, model_.ranges()),
+      contact_(config.contact),
       arm_compensator_(config.arm_compensator) {
   const RequirePositive require_positive{"whole-body controller"};
   require_positive(config.period_s, "period_s");
@@ -64,9 +65,9 @@ void WholeBodyController::forget_velocity(const WheelVector& wheel_position_rad,
   for (int i = 0; i < kArmJoints; ++i) arm_observers_[static_cast<std::size_t>(i)].reset(arm_position_rad[i]);
 }
 
-const WholeBodyController::State& WholeBodyController::sense(const WheelVector& wheel_position_rad,
-                                                             const ArmVector& arm_position_rad,
-                                                             std::optional<double> elapsed_s) noexcept {
+const WholeBodyController::State& WholeBodyController::sense(
+    const WheelVector& wheel_position_rad, const ArmVector& arm_position_rad, std::optional<double> elapsed_s,
+    const std::optional<ArmVector>& arm_torque_Nm) noexcept {
   fresh_ = elapsed_s.value_or(config_.period_s) > 0;
   const BaseDrive::State base = base_.sense(wheel_position_rad, elapsed_s);
   state_.X_WB = base.X_WB;
@@ -81,13 +82,42 @@ const WholeBodyController::State& WholeBodyController::sense(const WheelVector& 
   model_.update(state_.position);
   state_.X_WT = model_.X_WT();
   state_.tip_velocity_W = model_.J_WT() * state_.velocity;
+
+  ChainMatrix mass = model_.mass();
+  mass.diagonal() += kReflectedInertia;
+  response_ = mass.llt().solve(model_.J_WT().transpose());
+  state_.mobility_W = model_.J_WT() * response_;
+  if (!arm_torque_Nm)
+    contact_.reset();
+  else if (fresh_)
+    observe_contact(mass, elapsed_s.value_or(config_.period_s), *arm_torque_Nm);
+  state_.contact_W_N = contact_.force_W_N();
   return state_;
+}
+
+void WholeBodyController::observe_contact(const ChainMatrix& mass, double elapsed_s,
+                                          const ArmVector& torque_Nm) noexcept {
+  ContactObserver::Input input{.elapsed_s = elapsed_s,
+                               .mass = mass,
+                               .velocity = state_.velocity,
+                               .coriolis_Nm = model_.coriolis_Nm(state_.velocity).tail<kArmJoints>(),
+                               .gravity_Nm = model_.gravity_Nm().tail<kArmJoints>(),
+                               .position_rad = state_.position.tail<kArmJoints>(),
+                               .torque_Nm = torque_Nm,
+                               .J_WT = model_.J_WT().topRightCorner<3, kArmJoints>()};
+  for (int i = 0; i < kArmJoints; ++i) {
+    const auto joint = static_cast<std::size_t>(i);
+    const double velocity = arm_estimates_[joint].velocity_rad_per_s;
+    input.sliding_Nm[i] = config_.arm_friction.coulomb_Nm[joint] +
+                          config_.arm_friction.viscous_Nm_s_per_rad[joint] * std::abs(velocity);
+  }
+  contact_.step(input);
 }
 
 WholeBodyController::Output WholeBodyController::track(const TipSetpoint& setpoint,
                                                        const CartesianStiffness& stiffness) noexcept {
   const CartesianSpring::Output spring =
-      spring_.wrench(stiffness, setpoint, state_.X_WT, state_.tip_velocity_W);
+      spring_.wrench(stiffness, setpoint, state_.X_WT, state_.tip_velocity_W, state_.mobility_W);
   settled_Nm_ *= 1 - std::min(1.0, config_.period_s / config_.settled_fade_s);
   const ChainVector force = model_.J_WT().transpose() * spring.wrench_W + posture_force();
 
@@ -103,7 +133,7 @@ WholeBodyController::Output WholeBodyController::settle(const TipSetpoint& setpo
                                                         const CartesianStiffness& stiffness,
                                                         bool summing) noexcept {
   const CartesianSpring::Output spring =
-      spring_.wrench(stiffness, setpoint, state_.X_WT, state_.tip_velocity_W);
+      spring_.wrench(stiffness, setpoint, state_.X_WT, state_.tip_velocity_W, state_.mobility_W);
   const ArmVector torque_Nm =
       model_.J_WT().rightCols<kArmJoints>().transpose() * spring.wrench_W + posture_pull_Nm();
   // Do not integrate the same sample twice.
@@ -177,19 +207,15 @@ ArmVector WholeBodyController::posture_pull_Nm() const noexcept {
          config_.posture_damping_Nm_s_per_rad * state_.velocity.tail<kArmJoints>();
 }
 
-ChainVector WholeBodyController::posture_force() noexcept {
+ChainVector WholeBodyController::posture_force() const noexcept {
   ChainVector wanted;
   wanted << -kBasePostureDamping.cwiseProduct(PlanarVector(state_.velocity.head<kBaseAxes>())),
       posture_pull_Nm();
 
-  ChainMatrix mass = model_.mass();
-  mass.diagonal() += kReflectedInertia;
-  const Eigen::LLT<ChainMatrix> decomposed(mass);
-  const Eigen::Matrix<double, kChainAxes, 6> response = decomposed.solve(model_.J_WT().transpose());
-  Eigen::Matrix<double, 6, 6> mobility = model_.J_WT() * response;
+  Mobility mobility = state_.mobility_W;
   // Where the arm cannot move the end effector, the inverse would require infinite forces.
   mobility.diagonal().array() += 1e-3;
-  const Wrench at_tip_W = mobility.ldlt().solve(Wrench(response.transpose() * wanted));
+  const Wrench at_tip_W = mobility.ldlt().solve(Wrench(response_.transpose() * wanted));
   return wanted - model_.J_WT().transpose() * at_tip_W;
 }
 

@@ -10,6 +10,7 @@
 #include "control/arm_protection.h"
 #include "control/base_drive.h"
 #include "control/cartesian_stiffness.h"
+#include "control/contact_observer.h"
 #include "control/friction_compensator.h"
 #include "control/friction_observer.h"
 #include "control/robot_model.h"
@@ -46,6 +47,7 @@ class WholeBodyController {
     std::array<double, kArmJoints> settling_limit_Nm{3.0, 3.0, 2.0, 1.0, 0.5};
     double settled_fade_s = 5.0;  ///< time constant with which the integral decays afterwards
     ModelChanges model;           ///< known differences from the description
+    ContactObserver::Config contact;
   };
   struct State {
     PlanarPose X_WB;
@@ -54,6 +56,8 @@ class WholeBodyController {
     Eigen::Isometry3d X_WT = Eigen::Isometry3d::Identity();
     Wrench tip_velocity_W = Wrench::Zero();  ///< [v; ω]
     WheelVector wheel_velocity_rad_per_s = WheelVector::Zero();
+    Mobility mobility_W = Mobility::Identity();             ///< of the end effector
+    Eigen::Vector3d contact_W_N = Eigen::Vector3d::Zero();  ///< estimated, on the end effector
   };
   struct Output {
     WheelVector wheel_torque_Nm = WheelVector::Zero();
@@ -73,8 +77,11 @@ class WholeBodyController {
   void forget_velocity(const WheelVector& wheel_position_rad, const ArmVector& arm_position_rad) noexcept;
 
   /// Once per cycle, before the others. Finite positions; `elapsed_s` as in BaseDrive::sense().
+  /// `arm_torque_Nm`: commanded since the last sample; empty if the arm was not under torque control, which
+  /// leaves the contact force at zero.
   const State& sense(const WheelVector& wheel_position_rad, const ArmVector& arm_position_rad,
-                     std::optional<double> elapsed_s = {}) noexcept;
+                     std::optional<double> elapsed_s = {},
+                     const std::optional<ArmVector>& arm_torque_Nm = {}) noexcept;
 
   /// Posture of the arm in the null space of the end-effector task.
   void set_posture(const ArmVector& position_rad) noexcept { posture_rad_ = position_rad; }
@@ -93,8 +100,9 @@ class WholeBodyController {
   const State& state() const noexcept { return state_; }
 
  private:
+  void observe_contact(const ChainMatrix& mass, double elapsed_s, const ArmVector& torque_Nm) noexcept;
   ArmVector posture_pull_Nm() const noexcept;
-  ChainVector posture_force() noexcept;
+  ChainVector posture_force() const noexcept;
   Output drive_arm(const CartesianSpring::Output& spring, const ArmVector& torque_Nm) noexcept;
 
   Config config_;
@@ -102,10 +110,12 @@ class WholeBodyController {
   BaseDrive base_;
   CartesianSpring spring_;
   ArmProtection protection_;
+  ContactObserver contact_;
   FrictionCompensator arm_compensator_;
   std::vector<FrictionObserver> arm_observers_;
   std::array<FrictionEstimate, kArmJoints> arm_estimates_{};
   State state_;
+  Eigen::Matrix<double, kChainAxes, 6> response_ = Eigen::Matrix<double, kChainAxes, 6>::Zero();  // M⁻¹·Jᵀ
   bool fresh_ = true;  // the last sample is new
   ArmVector posture_rad_ = ArmVector::Zero();
   ArmVector settled_Nm_ = ArmVector::Zero();

@@ -6,7 +6,9 @@
 #include <filesystem>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 
 #include "control/plausibility/checks.h"
 #include "drivers/ethercat/pcap_ring.h"
@@ -18,6 +20,7 @@
 namespace operation {
 
 class LiveFeed;
+struct Config;
 
 /// State of a run in progress. Plain values, because they cross threads.
 struct Progress {
@@ -53,6 +56,12 @@ class Run {
 
   /// Concurrently with the cycle, by the thread that created it. Empty: nothing is recorded.
   virtual std::optional<RecordingState> recording() const { return std::nullopt; }
+
+  /// Concurrently with the cycle, by the thread that created it: keys of the settings that act during the
+  /// run.
+  virtual std::span<const std::string_view> tunable() const { return {}; }
+  /// Likewise: `config` differs from that of the run in those settings only.
+  virtual void tune(const Config& /*config*/) {}
 
   /// After the last cycle: closes the recording and writes the fault report, with the last `frames` of the
   /// bus (may be null). Call once.

@@ -81,8 +81,6 @@ void read_coupling(TomlTable table, Teleoperation::Config& control) {
                {.min = 0.1, .max = 1e4});
   control::CartesianSpring::Config& spring = control.robot.spring;
   table.number("damping_ratio", spring.damping_ratio, {.min = 0.05, .max = 3});
-  table.number("tip_mass_kg", spring.mass_kg, {.min = 0.1, .max = 100});
-  table.number("tip_inertia_kg_m2", spring.inertia_kg_m2, {.min = 0.001, .max = 10});
   table.number("force_limit_N", spring.force_limit_N, {.min = 1, .max = 200});
   table.number("moment_limit_Nm", spring.moment_limit_Nm, {.min = 0.1, .max = 50});
   table.number("setpoint_distance_limit_m", control.setpoint_distance_limit_m, {.min = 0.05, .max = 5});
@@ -127,6 +125,7 @@ void read_feedback(TomlTable table, Teleoperation::Config& control) {
   table.boolean("enabled", control.force_feedback);
   table.number("force_scale", control.feedback.force_scale, {.min = 0.1, .max = 1000});
   table.number("force_limit_N", control.feedback.force_limit_N, {.min = 0.1, .max = 12});
+  table.number("contact_share", control.feedback.contact_share, {.min = 0, .max = 1});
   table.boolean("passivity", control.tank.active);
   table.number("reserve_J", control.tank.reserve_J, {.min = 1e-5, .max = 1});
   table.number("damping_N_s_per_m", control.tank.damping_N_s_per_m, {.min = 0, .max = 50});

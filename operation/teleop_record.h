@@ -30,6 +30,7 @@ struct TeleopRecord {
   std::array<double, 4> tip_q_WT{};
   std::array<double, 3> true_tip_p_WT_m{kNaN, kNaN, kNaN};    ///< of the simulated robot
   std::array<double, 3> contact_force_W_N{kNaN, kNaN, kNaN};  ///< likewise
+  std::array<double, 3> contact_estimate_W_N{};               ///< from the torques of the arm
   std::array<double, 3> base_W{};                             ///< odometry: x, y, yaw
   double stiffness_N_per_m = 0.0;
   std::array<double, 3> spring_W_N{};
@@ -91,6 +92,7 @@ void visit(const TeleopRecord& r, Column&& column) {
   rotation("tip", r.tip_q_WT);
   vector("true_tip", kMetres, r.true_tip_p_WT_m, 6);
   vector("contact_force", kNewtons, r.contact_force_W_N, 4);
+  vector("contact_estimate", kNewtons, r.contact_estimate_W_N, 4);
   vector("base", {"_x_m", "_y_m", "_yaw_rad"}, r.base_W, 6);
   plain("stiffness_N_per_m", r.stiffness_N_per_m, 2);
   vector("spring", kNewtons, r.spring_W_N, 4);

@@ -1,6 +1,7 @@
 #include "operation/teleop_run.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <utility>
@@ -102,6 +103,20 @@ Progress TeleopRun::progress() const noexcept {
           .tip_p_WT_m = record.tip_p_WT_m,
           .force_H_N = record.held_force_H_N,
           .silent_checks = cycle_.silent_checks()};
+}
+
+std::span<const std::string_view> TeleopRun::tunable() const {
+  // Those of control::TeleopTuning.
+  static constexpr std::array<std::string_view, 7> kKeys{
+      "teleoperation.coupling.stiff_N_per_m", "teleoperation.coupling.stiff_Nm_per_rad",
+      "teleoperation.feedback.contact_share", "teleoperation.feedback.enabled",
+      "teleoperation.feedback.force_scale",   "teleoperation.mapping.motion_scale",
+      "teleoperation.mapping.rate_m_per_s"};
+  return kKeys;
+}
+
+void TeleopRun::tune(const Config& config) {
+  cycle_.task().tune(control::Teleoperation::tuning_of(fit_to_master(config.teleoperation, master_.info())));
 }
 
 std::string TeleopRun::stop_reason() {

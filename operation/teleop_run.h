@@ -43,6 +43,8 @@ class TeleopRun final : public RecordedRun<TeleopCycle, TeleopRecord, TeleopSumm
             const sim::MobileManipulator* truth, std::function<void(const TeleopRecord&)> after_cycle = {});
 
   Progress progress() const noexcept override;
+  std::span<const std::string_view> tunable() const override;
+  void tune(const Config& config) override;
   control::TeleopPhase phase() const noexcept { return cycle_.task().phase(); }
   const Eigen::Isometry3d& X_WT() const noexcept { return cycle_.task().X_WT(); }  ///< from the joints
 

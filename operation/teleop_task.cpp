@@ -115,6 +115,7 @@ void TeleopTask::read(const Moment& moment) noexcept {
     input_.wheel_position_rad[static_cast<Eigen::Index>(i)] = sample.joints[i].position_rad;
   for (std::size_t i = kWheels; i < kJoints; ++i)
     input_.arm_position_rad[static_cast<Eigen::Index>(i - kWheels)] = sample.joints[i].position_rad;
+  input_.arm_torque_Nm = sent_Nm_;
   input_.arm_homed = std::all_of(sample.joints.begin() + kWheels, sample.joints.begin() + kJoints,
                                  [](const hal::JointSample& joint) { return joint.homed; });
   input_.master_ready = master_status_.ok();
@@ -176,6 +177,7 @@ Verdict TeleopTask::brake(const Moment& moment, hal::RobotCommand& command,
 void TeleopTask::control(const Moment& moment) noexcept {
   if (controlled_) return;
   controlled_ = true;
+  if (control::TeleopTuning tuning; tuning_.take(tuning)) control_.tune(tuning);
   output_ = control_.step(input_);
   master_command_.enable = output_.enable_master;
   master_command_.f_D_H_N = output_.force_H_N;
@@ -200,6 +202,12 @@ void TeleopTask::apply(hal::RobotCommand& command) noexcept {
         joint = hal::JointCommand::torque_Nm(torque_to_send(i, target, following && had_torque));
         break;
     }
+  }
+  sent_Nm_.reset();
+  if (output_.arm == TeleopOutput::Arm::kTorque) {
+    sent_Nm_.emplace();
+    for (std::size_t i = kWheels; i < kJoints; ++i)
+      (*sent_Nm_)[static_cast<Eigen::Index>(i - kWheels)] = command.joints[i].target;
   }
   command.grippers[0] = {output_.move_gripper, output_.gripper_opening_m};
   for (std::size_t i = 0; i < kJoints; ++i) record_.command[i] = command.joints[i].target;
@@ -264,6 +272,7 @@ void TeleopTask::keep_record(const Moment& moment) noexcept {
   record_.setpoint_q_WT = numbers(output_.setpoint.q_WT);
   record_.tip_p_WT_m = numbers(Eigen::Vector3d(robot.X_WT.translation()));
   record_.tip_q_WT = numbers(Eigen::Quaterniond(robot.X_WT.linear()));
+  record_.contact_estimate_W_N = numbers(robot.contact_W_N);
   record_.base_W = {robot.X_WB.x_m, robot.X_WB.y_m, robot.X_WB.yaw_rad};
   record_.stiffness_N_per_m = output_.stiffness.translation_N_per_m;
   record_.spring_W_N = numbers(output_.spring_W_N);

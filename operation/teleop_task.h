@@ -9,6 +9,7 @@
 #include "control/teleoperation.h"
 #include "control/torque_rate.h"
 #include "hal/haptic_device.h"
+#include "hal/newest_value.h"
 #include "hal/robot.h"
 #include "operation/teleop_record.h"
 #include "runtime/sample_clock.h"
@@ -41,6 +42,9 @@ class TeleopTask final : public runtime::Task {
   /// Braking the base and lowering the arm have their own times.
   std::chrono::nanoseconds brake_timeout() const noexcept override { return brake_timeout_; }
 
+  /// From another thread: in force from the next cycle on, as Teleoperation::tune() describes.
+  void tune(const control::TeleopTuning& tuning) noexcept { tuning_.publish(tuning); }
+
   TeleopRecord& record() noexcept { return record_; }  ///< of the last cycle
   const TeleopRecord& record() const noexcept { return record_; }
   control::TeleopPhase phase() const noexcept { return control_.phase(); }
@@ -62,8 +66,10 @@ class TeleopTask final : public runtime::Task {
   runtime::SampleClock sample_clock_;
   std::array<control::TorqueRate, TeleopRecord::kJoints> torque_rates_;
 
+  hal::NewestValue<control::TeleopTuning> tuning_;
   control::TeleopInput input_;
   control::TeleopOutput output_;
+  std::optional<control::ArmVector> sent_Nm_;  // to the arm, in the last cycle
   hal::HapticCommand master_command_;
   hal::HapticSample master_sample_;
   hal::HapticStatus master_status_{};

@@ -97,6 +97,7 @@ class Supervised {
   /// Record of the last step().
   auto& record() noexcept { return task_.record(); }
   const auto& record() const noexcept { return task_.record(); }
+  T& task() noexcept { return task_; }
   const T& task() const noexcept { return task_; }
 
  private:

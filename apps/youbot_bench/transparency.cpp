@@ -48,7 +48,10 @@ operation::TeleopCycle::Config cycle_config(const TransparencyPlan& plan,
   control::Teleoperation::Config& control = config.control;
   control.stiff.translation_N_per_m = condition.stiffness_N_per_m;
   control.soft.translation_N_per_m = std::min(control.soft.translation_N_per_m, condition.stiffness_N_per_m);
-  control.force_feedback = condition.feedback == Feedback::kPositionError;
+  control.force_feedback = condition.feedback != Feedback::kNone;
+  control.feedback.contact_share = condition.feedback == Feedback::kContact ? 1.0
+                                   : condition.feedback == Feedback::kMixed ? 0.5
+                                                                            : 0.0;
   control.detect_release = false;
   control.feedback.force_limit_N = std::min(control.feedback.force_limit_N, plan.force_limit_N);
   return config;
@@ -265,13 +268,21 @@ operation::Config load(const TransparencyOptions& options) {
 }  // namespace
 
 const char* name_of(Feedback feedback) noexcept {
-  return feedback == Feedback::kPositionError ? "position-error" : "none";
+  switch (feedback) {
+    case Feedback::kPositionError: return "position-error";
+    case Feedback::kContact: return "contact";
+    case Feedback::kMixed: return "mixed";
+    case Feedback::kNone: return "none";
+  }
+  return "unknown";
 }
 
 Feedback feedback_from(const std::string& name) {
-  for (const Feedback feedback : {Feedback::kPositionError, Feedback::kNone})
+  for (const Feedback feedback :
+       {Feedback::kPositionError, Feedback::kContact, Feedback::kMixed, Feedback::kNone})
     if (name == name_of(feedback)) return feedback;
-  throw std::invalid_argument("--feedback: there is no '" + name + "'; known: position-error, none");
+  throw std::invalid_argument("--feedback: there is no '" + name +
+                              "'; known: position-error, contact, mixed, none");
 }
 
 sim::HandParameters soft_hand() {
@@ -345,7 +356,9 @@ Subcommand add_transparency(CLI::App& app) {
   command->add_option("--config", options->config, "youbotd's TOML file, such as teleop.toml");
   command->add_option("--robot", options->robot, "loopback; none: the file's");
   command->add_option("--haptic", options->haptic, "loopback; none: the file's");
-  command->add_option("--feedback", options->feedback, "position-error, none, or both with a comma between")
+  command
+      ->add_option("--feedback", options->feedback,
+                   "position-error, contact, mixed or none; several with commas between")
       ->delimiter(',')
       ->capture_default_str();
   command

@@ -25,7 +25,12 @@
 
 namespace youbot_bench {
 
-enum class Feedback : std::uint8_t { kPositionError, kNone };
+enum class Feedback : std::uint8_t {
+  kPositionError,
+  kContact,  ///< force from the torques of the arm
+  kMixed,    ///< half of each
+  kNone
+};
 /// "position-error"
 const char* name_of(Feedback feedback) noexcept;
 /// @throws std::invalid_argument listing the known ones.

@@ -1,12 +1,14 @@
 #include "apps/youbotd/service.h"
 
 #include <spdlog/fmt/fmt.h>
+#include <spdlog/fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <exception>
 #include <future>
+#include <span>
 #include <stdexcept>
 #include <string_view>
 
@@ -441,8 +443,17 @@ void Service::choose_mode(const std::string& mode) {
   mode_ = mode;
 }
 
+void Service::require_settable(const std::string& key) const {
+  if (!run_) return;
+  const std::span<const std::string_view> tunable = run_->tunable();
+  if (std::ranges::find(tunable, key) != tunable.end()) return;
+  throw Refusal(
+      fmt::format("'{}' acts from the next enable on; stop first{}", key,
+                  tunable.empty() ? "" : fmt::format(". These act at once: {}", fmt::join(tunable, ", "))));
+}
+
 void Service::set(const Peer& peer, const std::string& key, const std::string& value) {
-  if (run_) throw Refusal("settings act from the next enable on; stop first");
+  require_settable(key);
   const std::string table = key.substr(0, key.find('.'));
   if (std::find(kOpenedOnce.begin(), kOpenedOnce.end(), table) != kOpenedOnce.end())
     throw Refusal("'" + table + "' is read once, when youbotd starts: change " +
@@ -459,14 +470,16 @@ void Service::set(const Peer& peer, const std::string& key, const std::string& v
     throw Refusal("'" + key + "' is for teleoperation, and " + options_.config_file.string() +
                   " has none: start youbotd with one that has");
   settings_ = std::move(settings);
+  if (run_) run_->tune(config);
   spdlog::info("{} set {} = {}", peer.name, key, value);
 }
 
 void Service::unset(const Peer& peer, const std::string& key) {
-  if (run_) throw Refusal("settings act from the next enable on; stop first");
+  require_settable(key);
   std::map<std::string, std::string> settings = settings_;
   if (settings.erase(key) == 0) throw Refusal("'" + key + "' is not set: status lists what is");
-  // Even if the rest is invalid: enable reports it, and another unset may fix it.
+  if (run_) run_->tune(options_.configuration(settings));
+  // With the drives off even if the rest is invalid: enable reports it, and another unset may fix it.
   settings_ = std::move(settings);
   spdlog::info("{} unset {}", peer.name, key);
 }

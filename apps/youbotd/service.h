@@ -102,6 +102,8 @@ class Service final : public ControlServer::Listener {
   void enable(const Peer& peer);
   void disable(const Peer& peer);
   void choose_mode(const std::string& mode);
+  /// @throws Refusal if it does not act during the run under way.
+  void require_settable(const std::string& key) const;
   template <typename Change>
   void or_log_refusal(const Peer& peer, const Change& change);
   void set(const Peer& peer, const std::string& key, const std::string& value);

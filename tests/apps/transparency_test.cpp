@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
+
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -73,21 +75,43 @@ TransparencyResult measured(const TransparencyPlan& plan, const TransparencyCond
   return *result;
 }
 
+/// J·M⁻¹·Jᵀ of the end effector where teleoperation starts, from the robot's model.
+Eigen::Matrix<double, 6, 6> mobility_at_start(const TransparencyPlan& plan) {
+  control::RobotModel model;
+  const Eigen::Quaterniond hand_down(
+      Eigen::AngleAxisd(plan.control.start_pitch_rad, Eigen::Vector3d::UnitY()));
+  const auto arm_rad =
+      control::arm_posture_for({plan.control.start_p_WT_m, hand_down}, plan.control.unfolded_rad, model);
+  control::ChainVector position;
+  position << 0, 0, 0, arm_rad.value();
+  model.update(position);
+  control::ChainMatrix mass = model.mass();
+  // Wheels and their rotors as the floor feels them, and rotors of 1.35e-5 kg·m² behind the arm's gears.
+  mass.diagonal() += (control::ChainVector() << 18.8, 18.8, 2.8, 0.33, 0.33, 0.135, 0.068, 0.068).finished();
+  return model.J_WT() * mass.inverse() * model.J_WT().transpose();
+}
+
+/// Of the coupling along the plan's axis: 2ζ·√k·Λ^½, with Λ the inverse of the translation's mobility.
+double damping_N_s_per_m(const TransparencyPlan& plan, double stiffness_N_per_m) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(mobility_at_start(plan).topLeftCorner<3, 3>());
+  return 2 * plan.control.robot.spring.damping_ratio * std::sqrt(stiffness_N_per_m) *
+         axes.operatorInverseSqrt()(plan.axis, plan.axis);
+}
+
 /// The coupling as computed by control: the spring at the hand; spring and damper at the end effector, which
 /// is driven by the low-passed velocity of the set-point, and braked by its own.
 struct Coupling {
   Complex at_hand, drawing, braking;
 
   Coupling(const TransparencyPlan& plan, double stiffness_N_per_m, Complex s) {
-    const control::CartesianSpring::Config& spring = plan.control.robot.spring;
-    const double damping_N_s_per_m = 2 * spring.damping_ratio * std::sqrt(stiffness_N_per_m * spring.mass_kg);
+    const double damping = damping_N_s_per_m(plan, stiffness_N_per_m);
     const Complex low_pass =
         1.0 / (1.0 + s / (2 * std::numbers::pi * plan.control.smoothing.velocity_cutoff_Hz));
     // From a sample at the beginning of a cycle to a force that acts through the next.
     const Complex delay = std::exp(-1.5e-3 * s);
     at_hand = delay * stiffness_N_per_m / s / plan.control.feedback.force_scale;
-    drawing = delay * (stiffness_N_per_m / s + damping_N_s_per_m * low_pass);
-    braking = delay * (stiffness_N_per_m / s + damping_N_s_per_m);
+    drawing = delay * (stiffness_N_per_m / s + damping * low_pass);
+    braking = delay * (stiffness_N_per_m / s + damping);
   }
 };
 
@@ -152,20 +176,8 @@ TEST(Transparency, TheTipIsAsHeavyAsTheRobotModelSays) {
   const TransparencyPlan plan = linear_plan();
   const TransparencyCondition condition{Feedback::kPositionError, 400.0};
   const TransparencyResult result = measured(plan, condition);
-  control::RobotModel model;
-  const Eigen::Quaterniond hand_down(
-      Eigen::AngleAxisd(plan.control.start_pitch_rad, Eigen::Vector3d::UnitY()));
-  const auto arm_rad =
-      control::arm_posture_for({plan.control.start_p_WT_m, hand_down}, plan.control.unfolded_rad, model);
-  ASSERT_TRUE(arm_rad);
-  control::ChainVector position;
-  position << 0, 0, 0, *arm_rad;
-  model.update(position);
-  control::ChainMatrix mass = model.mass();
-  // Wheels and their rotors as the floor feels them, and rotors of 1.35e-5 kg·m² behind the arm's gears.
-  mass.diagonal() += (control::ChainVector() << 18.8, 18.8, 2.8, 0.33, 0.33, 0.135, 0.068, 0.068).finished();
-  const Eigen::Matrix<double, 6, 6> mobility = model.J_WT() * mass.inverse() * model.J_WT().transpose() +
-                                               1e-9 * Eigen::Matrix<double, 6, 6>::Identity();
+  const Eigen::Matrix<double, 6, 6> mobility =
+      mobility_at_start(plan) + 1e-9 * Eigen::Matrix<double, 6, 6>::Identity();
   const double turning_freely_kg = 1 / mobility(0, 0);
   const double not_turning_kg = mobility.inverse()(0, 0);
   for (const HybridPoint& point : result.points) {
@@ -294,7 +306,7 @@ TEST(TransparencyCommand, WrongUseIsReportedAndNothingIsWritten) {
       {"--robot wire", "no force sensor"},
       {"--robot ethercat:eth0", "no force sensor"},
       {"--haptic falcon", "no force sensor"},
-      {"--feedback force", "position-error, none"},
+      {"--feedback force", "position-error, contact, mixed, none"},
       {"--stiffness 0", "1 to 5000"},
       {"--stiffness 300,300", "twice"},
       {"--axis w", "x, y, z"},

@@ -298,6 +298,35 @@ TEST(HapticMapping, ComingBackMovesNothingAndThenFollowsAgain) {
   EXPECT_LT((step(mapping, at({0, 0.01, -0.05})).p_WT_m - there_m - Vector3d(0, -0.02, 0.02)).norm(), 1e-12);
 }
 
+TEST(HapticMapping, ANewScaleActsFromTheHandlesPositionOn) {
+  HapticMapping mapping(config_with(0.1));
+  mapping.index(at(Vector3d::Zero()), kStart);
+  const Grip grip = at({0, 0.02, -0.03});
+  const Vector3d before_m = step(mapping, grip).p_WT_m;
+  mapping.set_motion_scale(0.5, grip);
+  EXPECT_LT((step(mapping, grip).p_WT_m - before_m).norm(), 1e-15) << "no jump";
+  // x and y change sign between H and W.
+  EXPECT_LT((step(mapping, at({0.01, 0.02, -0.01})).p_WT_m - before_m - Vector3d(-0.005, 0, 0.01)).norm(),
+            1e-12);
+
+  // Outside the boundary, and back inside.
+  for (int n = 0; n < 100; ++n) step(mapping, at({0, 0, -0.07}));
+  const Vector3d there_m = mapping.target().p_WT_m;
+  mapping.set_motion_scale(2, at({0, 0, -0.07}));
+  EXPECT_LT((step(mapping, at({0, 0, -0.06})).p_WT_m - there_m).norm(), 1e-15);
+  EXPECT_LT((step(mapping, at({0, 0.01, -0.05})).p_WT_m - there_m - Vector3d(0, -0.02, 0.02)).norm(), 1e-12);
+}
+
+TEST(HapticMapping, ANewRateSpeedActsFromTheNextStepOn) {
+  HapticMapping mapping(config_with(0.1));
+  mapping.index(at(Vector3d::Zero()), kStart);
+  const Grip outside = at({0, 0, -0.07});
+  step(mapping, outside);
+  const Vector3d before_m = mapping.target().p_WT_m;
+  mapping.set_rate_speed(0.03);
+  EXPECT_NEAR((step(mapping, outside).p_WT_m - before_m).norm(), 0.03 * kPeriod_s, 1e-12);
+}
+
 TEST(HapticMapping, UnderRateControlTheTargetWaitsForATipThatIsALeashBehind) {
   HapticMapping mapping(config_with(0.1));
   mapping.index(at(Vector3d::Zero()), kStart);

@@ -327,12 +327,12 @@ TEST(WholeBodyController, RefusesWhatIsOutOfRangeByName) {
     WholeBodyController::Config period = bare(), fade = bare(), pull = bare(), limit = bare(),
                                 spring = bare();
     period.period_s = fade.settled_fade_s = pull.posture_torque_limit_Nm = bad;
-    limit.arm_torque_limit_Nm[2] = spring.spring.mass_kg = bad;
+    limit.arm_torque_limit_Nm[2] = spring.spring.damping_ratio = bad;
     EXPECT_NE(refusal(period).find("period_s"), std::string::npos);
     EXPECT_NE(refusal(fade).find("settled_fade_s"), std::string::npos);
     EXPECT_NE(refusal(pull).find("posture_torque_limit_Nm"), std::string::npos);
     EXPECT_NE(refusal(limit).find("arm_torque_limit_Nm"), std::string::npos);
-    EXPECT_NE(refusal(spring).find("mass_kg"), std::string::npos);
+    EXPECT_NE(refusal(spring).find("damping_ratio"), std::string::npos);
   }
   for (const double bad : {-0.1, std::numeric_limits<double>::infinity()}) {
     WholeBodyController::Config config = bare();

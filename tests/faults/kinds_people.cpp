@@ -98,6 +98,16 @@ std::vector<Kind> client_kinds() {
 
 std::vector<Kind> hand_kinds() {
   return {
+      {.name = "tuned",
+       .on = Kind::On::kManipulator,
+       .begin =
+           [](World& world, const Event& e) {
+             const char* const request = e.size < 0.25   ? "set teleoperation.coupling.stiff_N_per_m 150"
+                                         : e.size < 0.5  ? "set teleoperation.mapping.motion_scale 0.3"
+                                         : e.size < 0.75 ? "set teleoperation.feedback.enabled false"
+                                                         : "set teleoperation.mapping.rate_m_per_s 0.02";
+             (void)world.ask(kCommander, request);
+           }},
       pen<&PenFaults::unplugged>("pen-unplugged"),
       pen<&PenFaults::broken>("pen-broken"),
       pen<&PenFaults::stale>("pen-stale"),

@@ -345,6 +345,7 @@ TEST(TeleopRecording, EachColumnHoldsWhatItsNameSays) {
   many(record.tip_q_WT, "tip", rotation);
   many(record.true_tip_p_WT_m, "true_tip", metres);
   many(record.contact_force_W_N, "contact_force", newtons);
+  many(record.contact_estimate_W_N, "contact_estimate", newtons);
   many(record.base_W, "base", {"_x_m", "_y_m", "_yaw_rad"});
   one(record.stiffness_N_per_m, "stiffness_N_per_m");
   many(record.spring_W_N, "spring", newtons);

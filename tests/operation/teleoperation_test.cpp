@@ -584,6 +584,109 @@ TEST(Teleoperation, AWallMetAtFullSpeedIsFeltWithinTheForceLimit) {
   expect_passive(rig);
 }
 
+/// The handle presses the end effector against a wall.
+void press(Rig& rig) {
+  ASSERT_TRUE(rig.run_until(TeleopPhase::kOperating));
+  rig.run(500ms);
+  rig.hand.move_to({-0.04, 0, 0}, 1s);
+  rig.run(3s);
+  ASSERT_GT(contact_N(rig.last()), 3);
+}
+
+double commanded_N(const TeleopRecord& r) { return vector(r.grip_force_H_N).norm(); }
+
+/// Largest change of the force on the hand between two cycles, from record `first` on.
+double steepest_N(const Rig& rig, std::size_t first) {
+  double steepest = 0;
+  for (std::size_t i = first + 1; i < rig.records.size(); ++i)
+    steepest = std::max(
+        steepest, (vector(rig.records[i].grip_force_H_N) - vector(rig.records[i - 1].grip_force_H_N)).norm());
+  return steepest;
+}
+
+TEST(Teleoperation, WhatIsTunedOnAWallActsByRamps) {
+  Scene scene = teleop_rig::unfolded_scene();
+  scene.environment.walls.push_back({{0.38, 0, 0}, {-1, 0, 0}});
+  auto config = teleop_rig::quick_config();
+  config.control.stiffening_per_s = {600, 30};
+  config.control.feedback_fade_s = 0.5;
+  Rig rig(config, scene);
+  press(rig);
+  const auto share_of_spring = [&] { return commanded_N(rig.last()) / vector(rig.last().spring_W_N).norm(); };
+  ASSERT_NEAR(share_of_spring(), 0.1, 0.01);
+  control::TeleopTuning tuning = control::Teleoperation::tuning_of(config.control);
+
+  // Softer: 0.6 N/m per millisecond.
+  std::size_t first = rig.records.size();
+  tuning.stiff = {400, 20};
+  rig.cycle.task().tune(tuning);
+  rig.run(200ms);
+  EXPECT_NEAR(rig.last().stiffness_N_per_m, 700 - 0.6 * 200, 0.7);
+  rig.run(1s);
+  EXPECT_EQ(rig.last().stiffness_N_per_m, 400);
+
+  // Half the force on the hand, then the whole again.
+  for (const double scale : {20.0, 10.0}) {
+    tuning.force_scale = scale;
+    rig.cycle.task().tune(tuning);
+    rig.run(2s);
+    EXPECT_NEAR(share_of_spring(), 1 / scale, 0.1 / scale);
+  }
+
+  // Without feedback nothing is felt; with it, the same as before.
+  const double before_N = commanded_N(rig.last());
+  tuning.force_feedback = false;
+  rig.cycle.task().tune(tuning);
+  rig.run(250ms);
+  EXPECT_NEAR(commanded_N(rig.last()), before_N / 2, before_N / 5) << "half-way down";
+  rig.run(500ms);
+  EXPECT_EQ(commanded_N(rig.last()), 0);
+  tuning.force_feedback = true;
+  rig.cycle.task().tune(tuning);
+  rig.run(3s);
+  EXPECT_NEAR(share_of_spring(), 0.1, 0.01);
+
+  EXPECT_LT(steepest_N(rig, first), 0.02) << "1 N within 0.5 s is 0.002 N a millisecond";
+  EXPECT_EQ(rig.cycle.task().phase(), TeleopPhase::kOperating);
+  expect_no_jump(rig);
+  expect_passive(rig);
+}
+
+TEST(Teleoperation, ATunedScaleMovesNothingByItself) {
+  Rig rig;
+  ASSERT_TRUE(rig.run_until(TeleopPhase::kOperating));
+  rig.hand.move_to({-0.02, 0, 0}, 1s);
+  rig.run(3s);
+  const double begin_m = rig.last().setpoint_p_WT_m[0];
+  control::TeleopTuning tuning = control::Teleoperation::tuning_of(teleop_rig::quick_config().control);
+  tuning.motion_scale = 0.5;
+  rig.cycle.task().tune(tuning);
+  rig.run(1s);
+  EXPECT_NEAR(rig.last().setpoint_p_WT_m[0], begin_m, kThreshold_m);
+  const double grip_m = rig.last().grip_p_HD_m[0];
+  rig.hand.move_to({-0.04, 0, 0}, 1s);
+  rig.run(3s);
+  EXPECT_NEAR(rig.last().setpoint_p_WT_m[0] - begin_m, 0.5 * (grip_m - rig.last().grip_p_HD_m[0]),
+              2 * kThreshold_m);
+  expect_no_jump(rig);
+}
+
+TEST(Teleoperation, ATunedRateSpeedIsThatOfTheSetPoint) {
+  Rig rig;
+  ASSERT_TRUE(rig.run_until(TeleopPhase::kOperating));
+  rig.run(500ms);
+  rig.hand.move_to({-0.055, 0, 0}, 1s);
+  rig.run(4s);
+  ASSERT_TRUE(rig.last().rate_control);
+  control::TeleopTuning tuning = control::Teleoperation::tuning_of(teleop_rig::quick_config().control);
+  tuning.rate_speed_m_per_s = 0.05;
+  rig.cycle.task().tune(tuning);
+  rig.run(2s);
+  const double at_m = rig.last().setpoint_p_WT_m[0];
+  rig.run(1s);
+  EXPECT_NEAR(rig.last().setpoint_p_WT_m[0] - at_m, 0.05, 0.003);
+}
+
 TEST(Teleoperation, AFreeBoxIsPushedOverATable) {
   Scene scene = teleop_rig::unfolded_scene();
   scene.environment.tables.push_back({.centre_W_m = {0.90, 0, 0.14}, .size_m = {0.9, 1.0, 0.28}});
