@@ -2,73 +2,16 @@
 //     node page_test.mjs YOUBOTD FOLDER
 // Leaves screenshots in FOLDER; page.png is the picture of README.md (docs/page.png).
 import assert from 'node:assert/strict';
-import {spawn} from 'node:child_process';
-import {mkdirSync, readFileSync, rmSync, writeFileSync} from 'node:fs';
+import {mkdirSync, rmSync} from 'node:fs';
 import {join} from 'node:path';
-import {fileURLToPath} from 'node:url';
 
 import {launch} from './chromium.mjs';
+import {brokenLinks, click, config, enable, open, patient, point, shown, start, state} from './live_page.mjs';
 import {checks, emulate, listen, photograph, until} from './report_page.mjs';
 
 const [youbotd, folder] = process.argv.slice(2);
 rmSync(folder, {recursive: true, force: true});
 mkdirSync(folder, {recursive: true});
-const config = name => fileURLToPath(new URL(`../../apps/youbotd/${name}`, import.meta.url));
-
-// Runs youbotd; `log` grows, `url` matches in it.
-function start(options) {
-  const child = spawn(youbotd, [...options, '--page', '127.0.0.1:0'], {stdio: ['ignore', 'ignore', 'pipe']});
-  const daemon = {child, log: '', ended: new Promise(resolve => child.on('exit', code => resolve(code)))};
-  child.stderr.setEncoding('utf8').on('data', text => { daemon.log += text; });
-  daemon.find = pattern => until(async () => daemon.log.match(pattern), Boolean);
-  return daemon;
-}
-
-async function open(page, url, {width, height, mobile = false}) {
-  await page.send('Emulation.setDeviceMetricsOverride', {width, height, deviceScaleFactor: 1, mobile});
-  const {errorText} = await page.send('Page.navigate', {url});
-  assert.equal(errorText, undefined);
-}
-
-const state = page => page.evaluate(() => document.getElementById('state')?.textContent ?? '');
-const shown = (page, id) => page.evaluate(name => {
-  const node = document.getElementById(name);
-  return node !== null && !node.closest('[hidden]');
-}, id);
-const number_in = (page, selector) =>
-  page.evaluate(name => parseFloat(document.querySelector(name)?.textContent), selector);
-
-// With a real pointer, so that what covers a button counts.
-async function point(page, selector, kind) {
-  const place = await page.evaluate(name => {
-    const node = document.querySelector(name);
-    node.scrollIntoView({block: 'center'});
-    const {x, y, width, height} = node.getBoundingClientRect();
-    return {x: x + width / 2, y: y + height / 2};
-  }, selector);
-  await page.send('Input.dispatchMouseEvent', {type: kind, button: 'left', clickCount: 1, ...place});
-}
-async function click(page, selector) {
-  await point(page, selector, 'mousePressed');
-  await point(page, selector, 'mouseReleased');
-}
-
-// A page that a busy machine kept silent for 0.5 s is asked to enable again.
-async function enable(page) {
-  const clear = () => page.evaluate(() => { document.getElementById('message').hidden = true; });
-  const refused = () => page.evaluate(() => {
-    const line = document.getElementById('message');
-    return !line.hidden && line.textContent.includes('send it again');
-  });
-  for (let running = false; !running;) {
-    await clear();
-    await click(page, '#enable');
-    await until(async () => {
-      running = /^velocity: running, commanded by the page at /.test(await state(page));
-      return running || refused();
-    }, Boolean);
-  }
-}
 
 const browser = await launch();
 const {complaints, requests} = listen(browser);
@@ -78,7 +21,7 @@ const {check, summary} = checks(browser, folder);
 const own_complaints = () => complaints.filter(text => !text.includes('GPU stall due to ReadPixels'));
 
 // --- A run from the command line ---
-const run = start(['--config', config('teleop.toml'), '--demo']);
+const run = start(youbotd, ['--config', config('teleop.toml'), '--demo']);
 try {
   const [, url] = await run.find(/page: (http:\S+)/);
   await open(browser, url, {width: 1400, height: 1180});
@@ -129,11 +72,7 @@ try {
 
 // --- A service, on a phone ---
 complaints.length = 0;
-// A busy machine may keep the browser waiting for longer than the default, and the robot would come to rest.
-const patient = join(folder, 'patient.toml');
-writeFileSync(patient, readFileSync(config('demo.toml'), 'utf8')
-  .replace(/commander_timeout_s = \S+/, 'commander_timeout_s = 10'));
-const service = start(['--config', patient, '--robot', 'wire', '--control', join(folder, 'control')]);
+const service = start(youbotd, ['--config', patient(folder), '--robot', 'wire', '--control', join(folder, 'control')]);
 try {
   const [, url] = await service.find(/page: (http:\S+)/);
   const [, token] = await service.find(/#token=([0-9a-f]{32})/);
@@ -165,7 +104,7 @@ try {
       .map(text => text.textContent)), list => list.length > 0);
     assert.deepEqual(names, ['youbotd', 'slave 1 (KR-845)', 'slave 2 (TMCM-1632)', 'slave 3 (TMCM-1632)',
       'slave 4 (TMCM-1632)', 'slave 5 (TMCM-1632)']);
-    assert.equal(await browser.evaluate(() => document.querySelectorAll('#bus .broken').length), 0);
+    assert.equal(await brokenLinks(browser), 0);
   });
   const x_m = () => browser.evaluate(() => {
     const stored = [...document.querySelectorAll('#joints tr')].map(row => parseFloat(row.cells[1].textContent));
@@ -200,6 +139,14 @@ try {
     await enable(browser);
     await open(browser, 'about:blank', phone);
     await service.find(/coming to rest: the page at \S+ is gone/);
+  });
+  await check('a daemon that stands still is noticed, and so is its return', async () => {
+    await open(browser, url, phone);
+    await until(() => state(browser), text => text === 'Drives off');
+    service.child.kill('SIGSTOP');
+    await until(() => state(browser), text => /^No data for more than 1 s/.test(text));
+    service.child.kill('SIGCONT');
+    await until(() => state(browser), text => text === 'Drives off');
   });
   await check('it is readable in the dark', async () => {
     await emulate(browser, 'dark');
