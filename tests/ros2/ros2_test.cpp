@@ -65,7 +65,9 @@ struct Ros2 : testing::Test {
   void start(const std::vector<std::string>& options) {
     SKIP_UNLESS(namespaces.usable(), "needs root, for network namespaces");
     for (const std::string& step :
-         {"-n " + namespaces.sim_namespace() + " addr add 10.77.0.1/24 dev veth-s",
+         {"-n " + namespaces.sim_namespace() + " link set lo up",
+          "-n " + namespaces.control_namespace() + " link set lo up",
+          "-n " + namespaces.sim_namespace() + " addr add 10.77.0.1/24 dev veth-s",
           "-n " + namespaces.control_namespace() + " addr add 10.77.0.2/24 dev veth-c",
           "-n " + namespaces.control_namespace() + " route add 239.255.0.0/16 dev veth-c"})
       ASSERT_EQ(support::run_command("ip " + step).exit_code, 0) << step;
