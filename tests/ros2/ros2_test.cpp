@@ -312,8 +312,9 @@ TEST_F(Ros2Commands, AHostileParticipantMovesNothingAndFillsNoMemory) {
     slowest = std::min(slowest, ahead);
     return flood >= 300;
   });
-  EXPECT_NEAR(fastest, 0.1, 0.02);
-  EXPECT_NEAR(slowest, 0.1, 0.02);
+  // It overshoots after its start. Obeying the others, it would drive at 0.2 m/s, the limit, or stop.
+  EXPECT_NEAR(fastest, 0.1, 0.06);
+  EXPECT_NEAR(slowest, 0.1, 0.06);
   end = true;
   hostile.join();
   EXPECT_TRUE(youbotd->wait_for("ignored on /cmd_vel"));
