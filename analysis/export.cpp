@@ -1,7 +1,6 @@
 #include "analysis/export.h"
 
 #include <spdlog/fmt/fmt.h>
-#include <spdlog/spdlog.h>
 
 #include <cstdio>
 #include <optional>
@@ -15,6 +14,7 @@
 #include "analysis/export_residual.h"
 #include "identification/gap/measured_gap.h"
 #include "runtime/configuration/whole_file.h"
+#include "runtime/log.h"
 #include "runtime/program/build_info.h"
 #include "runtime/program/progress_line.h"
 #include "runtime/recording/made_paths.h"

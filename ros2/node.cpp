@@ -1,7 +1,6 @@
 #include "ros2/node.h"
 
 #include <spdlog/fmt/fmt.h>
-#include <spdlog/spdlog.h>
 
 #include <atomic>
 #include <chrono>
@@ -10,6 +9,7 @@
 #include <utility>
 
 #include "hal/setup_error.h"
+#include "runtime/log.h"
 #include "runtime/mcap/cdr.h"
 
 namespace ros2 {

@@ -1,11 +1,11 @@
 #include "apps/youbotd/ros2_topics.h"
 
 #include <spdlog/fmt/fmt.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <utility>
 
+#include "runtime/log.h"
 #include "runtime/start_thread.h"
 
 namespace youbotd {

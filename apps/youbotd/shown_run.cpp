@@ -1,9 +1,8 @@
 #include "apps/youbotd/shown_run.h"
 
-#include <spdlog/spdlog.h>
-
 #include <utility>
 
+#include "runtime/log.h"
 #include "runtime/program/build_info.h"
 
 namespace youbotd {
