@@ -2,7 +2,9 @@
 
 #include <cstdio>
 #include <iterator>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "analysis/findings.h"
 #include "analysis/gap_json.h"
@@ -19,6 +21,12 @@ namespace analysis {
 namespace {
 
 constexpr const char* kFiles[] = {"model.toml", "report.html", "gap.json"};
+/// The model with a torque without a physical name, where it is offered only.
+constexpr const char* kUnnamedFile = "model-unnamed.toml";
+
+bool offers_unnamed(const Findings& findings) {
+  return findings.result.unnamed && !findings.result.unnamed_accepted;
+}
 
 std::string drive_name(const Inputs& inputs) {
   for (const std::string* name : {&inputs.rig, &inputs.model.name})
@@ -30,7 +38,9 @@ std::string drive_name(const Inputs& inputs) {
 
 Findings write_findings(Inputs inputs, const GapOptions& options,
                         const std::function<void(std::string_view, double)>& progress) {
-  runtime::require_no_results(options.out, {std::begin(kFiles), std::end(kFiles)});
+  std::vector<std::string> results{std::begin(kFiles), std::end(kFiles)};
+  results.emplace_back(kUnnamedFile);
+  runtime::require_no_results(options.out, results);
   runtime::MadePaths made(runtime::make_output_directory(options.out));
   Findings findings{.base = inputs.model,
                     .base_path = options.inputs.model.string(),
@@ -41,6 +51,7 @@ Findings write_findings(Inputs inputs, const GapOptions& options,
   for (const identification::gap::Source& source : inputs.data) findings.data.push_back(source.name);
   identification::gap::Options search;
   search.seed = options.seed;
+  search.accept_unnamed = options.accept_unnamed;
   search.progress = progress;
   findings.result =
       identification::gap::analyse(inputs.model, std::move(inputs.data), std::move(inputs.held_out), search);
@@ -50,6 +61,8 @@ Findings write_findings(Inputs inputs, const GapOptions& options,
                                gap_json(findings)};
   for (std::size_t i = 0; i < std::size(kFiles); ++i)
     runtime::write_whole_file(options.out / kFiles[i], texts[i]);
+  if (offers_unnamed(findings))
+    runtime::write_whole_file(options.out / kUnnamedFile, unnamed_model_text(findings));
   return findings;
 }
 
@@ -64,6 +77,7 @@ void explain_gap(const GapOptions& options) {
   if (options.quiet) return;
   std::fputs(summary_text(findings).c_str(), stdout);
   for (const char* const name : kFiles) std::printf("written: %s\n", (options.out / name).c_str());
+  if (offers_unnamed(findings)) std::printf("written: %s\n", (options.out / kUnnamedFile).c_str());
 }
 
 }  // namespace analysis

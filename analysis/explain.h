@@ -16,12 +16,14 @@ struct GapOptions {
   InputPaths inputs{};
   std::filesystem::path out{};
   std::uint64_t seed = 1;
+  bool accept_unnamed = false;  ///< a torque without a physical name becomes part of the model
   bool quiet = false;
 };
 
-/// Writes `out`/model.toml, report.html and gap.json about `inputs`, which were read from the paths in
-/// `options`; each file is complete or missing. Prints nothing. Recordings that the caller moves here are not
-/// copied. `progress`: see identification::gap::Options.
+/// Writes `out`/model.toml, report.html and gap.json, and model-unnamed.toml where a torque without a
+/// physical name is offered and not accepted, about `inputs`, which were read from the paths in `options`;
+/// each file is complete or missing. Prints nothing. Recordings that the caller moves here are not copied.
+/// `progress`: see identification::gap::Options.
 /// @throws std::invalid_argument if the directory cannot be used, or the data cannot answer the question;
 /// std::runtime_error if a file cannot be written.
 Findings write_findings(Inputs inputs, const GapOptions& options,

@@ -8,6 +8,7 @@
 #include <map>
 #include <span>
 #include <utility>
+#include <variant>
 
 #include "identification/gap/noise_draws.h"
 #include "identification/gap/torque_scale.h"
@@ -130,6 +131,30 @@ std::string evidence_text(const FoundEffect& found) {
       100 * found.held_out_gain, found.measured_on, found.blocks_improved, found.blocks, found.p_value);
 }
 
+std::string unnamed_evidence(const identification::gap::UnnamedEffect& unnamed) {
+  return fmt::format(
+      "removes {:.1f} % of the squared held-out residual, {:.0f} % of what lies above the noise floor; "
+      "better "
+      "in {} of {} blocks, p = {:.2g}",
+      100 * unnamed.held_out_gain, 100 * unnamed.removable_share, unnamed.blocks_improved, unnamed.blocks,
+      unnamed.p_value);
+}
+
+std::string term_text(const model::effects::Empirical::Term& term) {
+  using model::effects::Empirical;
+  const std::string factor =
+      term.times == Empirical::Times::kOne ? "a" : std::string(Empirical::name_of(term.times)) + " times a";
+  const std::string where = where_text({.coordinate = std::string(Empirical::name_of(term.along)),
+                                        .from = term.table.from(),
+                                        .to = term.table.to()});
+  return fmt::format("{} table of {} values over {}", factor, term.table.values().size(), where);
+}
+
+const std::vector<model::effects::Empirical::Term>& terms_of(
+    const identification::gap::UnnamedEffect& unnamed) {
+  return std::get<model::effects::Empirical>(unnamed.effect).terms();
+}
+
 std::string name_with_rivals(const FoundEffect& found) {
   std::string name = effect_words(model::effects::name_of(found.effect));
   for (const std::string& rival : found.equivalent) name += " or " + effect_words(rival);
@@ -168,6 +193,21 @@ std::string deciding_experiment(const FoundEffect& found, const Findings& findin
                      limits.torque_Nm, limits.speed_rad_per_s);
 }
 
+ClosedLoopMean closed_loop_mean(const identification::gap::Result& result) {
+  ClosedLoopMean mean;
+  mean.held_out = std::ranges::any_of(result.closed_loop, &identification::gap::ClosedLoop::held_out);
+  for (const identification::gap::ClosedLoop& run : result.closed_loop) {
+    if (run.held_out != mean.held_out) continue;
+    mean.before_rad += run.before.mean_rad;
+    mean.after_rad += run.after.mean_rad;
+    ++mean.recordings;
+  }
+  if (mean.recordings == 0) return mean;
+  mean.before_rad /= static_cast<double>(mean.recordings);
+  mean.after_rad /= static_cast<double>(mean.recordings);
+  return mean;
+}
+
 std::vector<std::string> notes(const Findings& findings) {
   std::vector<std::string> all = findings.result.notes;
   if (!findings.result.disagreement.empty()) all.insert(all.begin(), findings.result.disagreement);
@@ -201,6 +241,11 @@ std::vector<std::string> next_steps(const Findings& findings) {
   const std::string look =
       "What is left shows most at " + (place.empty() ? "no one place" : place) +
       ": see the report there, record that stretch again, and check what touches the joint.";
+  if (result.unnamed && !result.unnamed_accepted)
+    steps.push_back(fmt::format(
+        "model-unnamed.toml closes {:.0f} % of what is left above the noise with a torque that has no "
+        "physical name; --accept-unnamed adds it to model.toml.",
+        100 * result.unnamed->removable_share));
   switch (result.verdict) {
     case Verdict::kNoGap:
       steps.emplace_back("Keep the model's form: within what these recordings exercise nothing is missing.");

@@ -1,5 +1,6 @@
 #include "analysis/gap_json.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -57,6 +58,52 @@ Json json_of(const identification::gap::FoundEffect& found, const Findings& find
   if (found.decided_by)
     json["expected"] = {{"separation_sigma", found.decided_by->separation},
                         {"duration_s", found.decided_by->duration_s}};
+  return json;
+}
+
+Json json_of(const identification::gap::UnnamedEffect& unnamed, bool accepted) {
+  using model::effects::Empirical;
+  Json json{
+      {"type", Empirical::kName},
+      {"physical_name", nullptr},
+      {"accepted", accepted},
+      {"evidence",
+       {{"held_out_gain", unnamed.held_out_gain},
+        {"blocks_improved", std::to_string(unnamed.blocks_improved) + "/" + std::to_string(unnamed.blocks)},
+        {"p_value", unnamed.p_value}}},
+      {"gap_before", unnamed.gap_before_Nm},
+      {"gap_after", unnamed.gap_after_Nm},
+      {"removable_share", unnamed.removable_share},
+      {"terms", Json::array()}};
+  if (std::isfinite(unnamed.simulation_before_rad_per_s) && std::isfinite(unnamed.simulation_after_rad_per_s))
+    json["simulation"] = {{"unit", "rad/s"},
+                          {"before", unnamed.simulation_before_rad_per_s},
+                          {"after", unnamed.simulation_after_rad_per_s}};
+  for (const Empirical::Term& term : terms_of(unnamed))
+    json["terms"].push_back({{"along", Empirical::name_of(term.along)},
+                             {"times", Empirical::name_of(term.times)},
+                             {"from", term.table.from()},
+                             {"to", term.table.to()},
+                             {"beyond", term.table.repeats() ? "repeats" : "holds the last value"},
+                             {"unit", Empirical::unit_of(term.times)},
+                             {"values", term.table.values()}});
+  return json;
+}
+
+Json json_of(const std::vector<identification::gap::ClosedLoop>& runs, const ClosedLoopMean& mean) {
+  Json json{{"metric", "mean magnitude of the position error from the set-points alone"},
+            {"unit", "rad"},
+            {"held_out", mean.held_out},
+            {"before", mean.before_rad},
+            {"after", mean.after_rad},
+            {"recordings", Json::array()}};
+  for (const identification::gap::ClosedLoop& run : runs)
+    json["recordings"].push_back({{"recording", run.before.recording},
+                                  {"held_out", run.held_out},
+                                  {"before", run.before.mean_rad},
+                                  {"after", run.after.mean_rad},
+                                  {"rms_before", run.before.rms_rad},
+                                  {"rms_after", run.after.rms_rad}});
   return json;
 }
 
@@ -120,6 +167,12 @@ std::string gap_json(const Findings& findings) {
                           {"unit", "rad/s"},
                           {"before", result.simulation_before},
                           {"after", result.simulation_after}};
+  // Likewise.
+  if (const ClosedLoopMean loop = closed_loop_mean(result);
+      loop.recordings > 0 && std::ranges::all_of(result.closed_loop, [](const auto& run) {
+        return std::isfinite(run.before.rms_rad) && std::isfinite(run.after.rms_rad);
+      }))
+    json["closed_loop"] = json_of(result.closed_loop, loop);
   for (const identification::gap::FoundEffect& found : result.effects)
     json["effects"].push_back(json_of(found, findings));
   for (const identification::gap::RejectedEffect& rejected : result.rejected)
@@ -130,6 +183,7 @@ std::string gap_json(const Findings& findings) {
                                   std::pair("unexplained_searched", &result.unexplained_searched)})
     for (const identification::gap::Unexplained& unexplained : *list)
       json[key].push_back({{"where", json_of(unexplained.where)}, {"share", unexplained.share}});
+  if (result.unnamed) json["unnamed"] = json_of(*result.unnamed, result.unnamed_accepted);
   for (const Refitted& refitted : refitted_parameters(findings))
     if (std::isfinite(refitted.before) && refitted.after.ok())
       json["refitted"].push_back({{"type", refitted.effect_type},

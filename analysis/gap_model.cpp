@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <variant>
 
 #include "runtime/configuration/drive_model_file.h"
 #include "runtime/program/build_info.h"
@@ -37,6 +38,11 @@ std::vector<std::string> evidence(const FoundEffect& found, const Findings& find
   return lines;
 }
 
+std::vector<std::string> unnamed_remarks(const identification::gap::UnnamedEffect& unnamed) {
+  return {"no physical name: " + unnamed_evidence(unnamed),
+          fmt::format("held-out gap {:.4g} -> {:.4g} N·m", unnamed.gap_before_Nm, unnamed.gap_after_Nm)};
+}
+
 std::vector<std::string> header(const Findings& findings) {
   const identification::gap::Result& result = findings.result;
   std::vector<std::string> lines{
@@ -66,8 +72,7 @@ std::string improved_model_text(const Findings& findings) {
              fmt::format("was {:.6g}; {}", refitted.before, interval_text(refitted.after)));
   std::vector<bool> remarked(remarks.size(), false);
   for (const FoundEffect& found : result.effects) {
-    const EffectDescription& effect =
-        model::effects::effect_description(model::effects::name_of(found.effect));
+    const EffectDescription& effect = model::effects::description_of(found.effect);
     // Several may have the same type; actuator effects have other positions in the model than in the
     // findings.
     std::size_t i = given;
@@ -80,7 +85,20 @@ std::string improved_model_text(const Findings& findings) {
     for (const Estimate& estimate : parameters_of(found))
       remark(remarks[i], effect, estimate.name, interval_text(estimate));
   }
+  if (result.unnamed_accepted)
+    for (std::size_t i = given; i < remarks.size(); ++i)
+      if (std::holds_alternative<model::effects::Empirical>(result.model.effects[i]))
+        remarks[i].evidence = unnamed_remarks(*result.unnamed);
   return runtime::drive_model_text(result.model, header(findings), remarks);
+}
+
+std::string unnamed_model_text(const Findings& findings) {
+  Findings accepted = findings;
+  identification::gap::Result& result = accepted.result;
+  result.model.effects.push_back(result.unnamed->effect);
+  result.unnamed_accepted = true;
+  result.gap_after_Nm = result.unnamed->gap_after_Nm;
+  return improved_model_text(accepted);
 }
 
 }  // namespace analysis

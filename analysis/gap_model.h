@@ -10,4 +10,7 @@ namespace analysis {
 /// parameter of the given model with its original value.
 std::string improved_model_text(const Findings& findings);
 
+/// The same with the torque without a physical name, which the findings offer.
+std::string unnamed_model_text(const Findings& findings);
+
 }  // namespace analysis

@@ -131,4 +131,26 @@ std::vector<report::Plot> trace_plots(const identification::gap::Result& result)
   return plots;
 }
 
+std::vector<report::Plot> term_plots(std::span<const model::effects::Empirical::Term> terms) {
+  using model::effects::Empirical;
+  std::vector<report::Plot> plots;
+  for (const Empirical::Term& term : terms) {
+    const std::size_t count = term.table.values().size();
+    const double steps = static_cast<double>(term.table.repeats() ? count : count - 1);
+    Series line{
+        .name = "table", .x = {}, .y = term.table.values(), .style = Style::kLineAndPoints, .look = kAfter};
+    for (std::size_t i = 0; i < count; ++i)
+      line.x.push_back(term.table.from() +
+                       static_cast<double>(i) * (term.table.to() - term.table.from()) / steps);
+    const std::string factor =
+        term.times == Empirical::Times::kOne ? "" : ", times " + std::string(Empirical::name_of(term.times));
+    plots.push_back(
+        {.title = "No physical name: over " + quantity_of(Empirical::name_of(term.along)).name + factor,
+         .x = axis_of(std::string(Empirical::name_of(term.along))),
+         .y = {.label = "value", .unit = std::string(Empirical::unit_of(term.times))},
+         .series = {std::move(line)}});
+  }
+  return plots;
+}
+
 }  // namespace analysis

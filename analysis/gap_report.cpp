@@ -1,5 +1,6 @@
 #include "analysis/gap_report.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -69,6 +70,26 @@ void add_summary(report::Page& page, const Findings& findings) {
   page.text("Simulated freely from the measured torque in short windows, the velocity is off by " +
             number_text(result.simulation_before, "rad/s") + " rms with the model as given and by " +
             number_text(result.simulation_after, "rad/s") + " with the new one.");
+}
+
+void add_closed_loop(report::Page& page, const Findings& findings) {
+  std::vector<report::Row> rows;
+  for (const identification::gap::ClosedLoop& run : findings.result.closed_loop)
+    rows.push_back({run.before.recording, std::string(run.held_out ? "held out" : "searched"),
+                    run.before.mean_rad, run.after.mean_rad, run.before.rms_rad, run.after.rms_rad});
+  if (rows.empty()) return;
+  page.heading("In the closed loop");
+  page.text(
+      "Drive and servo simulated together from the set-point alone, from the first row to the last, nothing "
+      "reset: "
+      "how far the position is off.");
+  page.table({{"recording"},
+              {"data"},
+              {"mean, as given", "rad"},
+              {"mean, new", "rad"},
+              {"rms, as given", "rad"},
+              {"rms, new", "rad"}},
+             rows, "Position errors");
 }
 
 std::string joined(const std::vector<std::string>& names) {
@@ -174,6 +195,28 @@ void add_unexplained(report::Page& page, const Findings& findings) {
              "Structure that no known effect explains; the verdict is of the held-out data");
 }
 
+void add_unnamed(report::Page& page, const Findings& findings) {
+  if (!findings.result.unnamed) return;
+  const identification::gap::UnnamedEffect& unnamed = *findings.result.unnamed;
+  page.heading("What has no name, as a torque");
+  page.text(
+      "No physical name: " + unnamed_evidence(unnamed) + ". Simulated freely, the velocity is off by " +
+      number_text(unnamed.simulation_before_rad_per_s, "rad/s") + " without it and by " +
+      number_text(unnamed.simulation_after_rad_per_s, "rad/s") + " with it. " +
+      (findings.result.unnamed_accepted
+           ? "It is part of model.toml, as was asked for."
+           : "It is not part of model.toml; model-unnamed.toml holds it, and --accept-unnamed adds it."));
+  std::vector<report::Row> rows;
+  for (const model::effects::Empirical::Term& term : terms_of(unnamed)) {
+    const auto [least, most] = std::ranges::minmax(term.table.values());
+    rows.push_back({term_text(term), least, most, std::string(model::effects::Empirical::unit_of(term.times)),
+                    std::string(term.table.repeats() ? "repeats" : "the last value holds")});
+  }
+  page.table({{"term"}, {"smallest value"}, {"largest"}, {"unit"}, {"beyond the range"}}, rows,
+             "A sum of these, against positive motion");
+  page.plots(term_plots(terms_of(unnamed)));
+}
+
 void add_refitted(report::Page& page, const Findings& findings) {
   std::vector<report::Row> rows;
   for (const Refitted& refitted : refitted_parameters(findings)) {
@@ -207,7 +250,9 @@ report::Page gap_report(const Findings& findings) {
   add_summary(page, findings);
   add_found(page, findings);
   add_plots(page, findings);
+  add_closed_loop(page, findings);
   add_unexplained(page, findings);
+  add_unnamed(page, findings);
   add_rejected(page, findings);
   add_refitted(page, findings);
   add_provenance(page, findings);

@@ -70,12 +70,26 @@ std::string summary_text(const Findings& findings) {
       "parameters refitted)\n",
       result.gap_before_Nm, result.gap_after_Nm, result.noise_floor_Nm, result.gap_base_Nm);
   text += shrink_text(result);
+  if (const ClosedLoopMean loop = closed_loop_mean(result); loop.recordings > 0)
+    text += fmt::format(
+        "from the set-points alone, with the servo: position off by {:.3g} -> {:.3g} rad, mean of {} {} "
+        "recordings\n",
+        loop.before_rad, loop.after_rad, loop.recordings, loop.held_out ? "held-out" : "searched");
   text += fmt::format("held out: {}\n", runtime::list_text(result.held_out));
   for (const identification::gap::FoundEffect& found : result.effects) text += effect_text(found);
   text += rejected_text(result);
   for (const identification::gap::Unexplained& unexplained : result.unexplained)
     text += fmt::format("  ? {}: {:.0f} % of the squared held-out residual, unexplained\n",
                         where_text(unexplained.where), 100 * unexplained.share);
+  if (result.unnamed) {
+    text += fmt::format(
+        "  ~ no physical name, {}: {}; gap {:.3g} -> {:.3g} N·m, simulated velocity {:.3g} -> {:.3g} "
+        "rad/s\n",
+        result.unnamed_accepted ? "in the model" : "offered", unnamed_evidence(*result.unnamed),
+        result.unnamed->gap_before_Nm, result.unnamed->gap_after_Nm,
+        result.unnamed->simulation_before_rad_per_s, result.unnamed->simulation_after_rad_per_s);
+    for (const auto& term : terms_of(*result.unnamed)) text += "      " + term_text(term) + "\n";
+  }
   for (const std::string& note : notes(findings)) text += "  ! " + note + "\n";
   for (const std::string& step : next_steps(findings)) text += "next: " + step + "\n";
   return text;

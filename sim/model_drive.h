@@ -44,6 +44,8 @@ class ModelDrive {
   void set_running(double running_s) noexcept {
     parts_.set_running(running_s);
   }  ///< for how long it has moved
+  /// Time since the velocity changed sign.
+  void set_since_reversal(double since_reversal_s) noexcept { parts_.set_since_reversal(since_reversal_s); }
 
  private:
   double step_s_;

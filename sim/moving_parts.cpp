@@ -52,7 +52,7 @@ double MovingParts::laws_Nm(Mass& mass, double torque_Nm, const Effort& effort,
       effects_.laws_Nm(mass.laws, {mass.velocity_rad_per_s, torque_Nm / mass.friction_share}, step_s);
   const double speed = std::abs(mass.velocity_rad_per_s);
   const double direction = std::copysign(1.0, friction);
-  const double beyond = std::min(contact_level_Nm(speed, direction, effort), 0.0);
+  const double beyond = std::min(contact_level_Nm(mass, speed, direction, effort), 0.0);
   if (beyond == 0) return mass.friction_share * friction;
   const double steady = direction * effects_.steady_laws_Nm(std::copysign(speed, direction));
   return mass.friction_share * friction * std::max(1 + beyond / steady, 0.0);
@@ -63,11 +63,14 @@ double MovingParts::move(Mass& mass, double torque_Nm, const Effort& effort, dou
   double friction = mass.contact.step(
       mass.velocity_rad_per_s,
       [&](double direction) {
-        return mass.friction_share * std::max(contact_level_Nm(speed, direction, effort), 0.0);
+        return mass.friction_share * std::max(contact_level_Nm(mass, speed, direction, effort), 0.0);
       },
       step_s);
   if (!mass.laws.empty()) friction += laws_Nm(mass, torque_Nm, effort, step_s);
-  mass.velocity_rad_per_s += step_s / mass.inertia_kg_m2 * (torque_Nm - friction);
+  const double before =
+      std::exchange(mass.velocity_rad_per_s,
+                    mass.velocity_rad_per_s + step_s / mass.inertia_kg_m2 * (torque_Nm - friction));
+  mass.since_reversal_s = mass.velocity_rad_per_s * before <= 0 ? 0 : mass.since_reversal_s + step_s;
   mass.position_rad += step_s * mass.velocity_rad_per_s;
   return friction;
 }

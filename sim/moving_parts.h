@@ -38,7 +38,7 @@ class MovingParts {
   double friction_torque_Nm() const noexcept { return friction_torque_Nm_; }  ///< total, last step
   double inertia_kg_m2() const noexcept { return mechanics_.inertia_kg_m2; }  ///< total
   double breakaway_Nm(double direction) const noexcept {
-    return std::max(contact_level_Nm(0, direction, {}) +
+    return std::max(contact_level_Nm(motor_, 0, direction, {}) +
                         direction * effects_.steady_laws_Nm(std::copysign(0.0, direction)),
                     0.0);
   }
@@ -59,6 +59,10 @@ class MovingParts {
   /// Of the friction laws with memory; one each, in the order of the effects.
   void set_laws(std::span<const model::friction::State> states) noexcept;
   void set_running(double running_s) noexcept { running_s_ = running_s; }  ///< time in motion so far
+  /// Time since the velocity changed sign.
+  void set_since_reversal(double since_reversal_s) noexcept {
+    motor_.since_reversal_s = load_.since_reversal_s = since_reversal_s;
+  }
 
  private:
   struct Mass {
@@ -68,6 +72,7 @@ class MovingParts {
     std::vector<model::friction::State> laws{};
     double position_rad = 0;
     double velocity_rad_per_s = 0;
+    double since_reversal_s = 0;
   };
   /// Torques in the direction of positive motion of the motor, and of the load against it.
   struct Effort {
@@ -77,13 +82,15 @@ class MovingParts {
   Mass mass(double inertia_share, double friction_share) const;
   const Mass& load() const noexcept { return mechanics_.two_masses() ? load_ : motor_; }
   /// Inline: most of a step depends on it. May be negative.
-  double contact_level_Nm(double speed_rad_per_s, double direction, const Effort& effort) const noexcept {
+  double contact_level_Nm(const Mass& mass, double speed_rad_per_s, double direction,
+                          const Effort& effort) const noexcept {
     const double curve_Nm = curve_ ? curve_->level_Nm(std::copysign(speed_rad_per_s, direction)) : 0;
     if (effects_.empty()) return curve_Nm;
     return curve_Nm + effects_.contact_level_under_Nm({.speed_rad_per_s = speed_rad_per_s,
                                                        .direction = direction,
                                                        .running_s = running_s_,
                                                        .position_rad = motor_.position_rad,
+                                                       .since_reversal_s = mass.since_reversal_s,
                                                        .load_Nm = effort.load_Nm},
                                                       effort.motor_Nm);
   }

@@ -74,6 +74,10 @@ int main(int argc, char** argv) {
   app.add_option("--seed", options.seed, "of the random numbers: the same seed gives the same answer")
       ->check(runtime::finite_range(0, 1e15))
       ->capture_default_str();
+  app.add_flag(
+      "--accept-unnamed", options.accept_unnamed,
+      "add structure that no effect explains to the model as well, as a torque without a physical name; "
+      "otherwise it is only offered, in model-unnamed.toml");
   app.add_flag("--quiet", options.quiet, "no progress and no summary");
 
   analysis::ExportOptions exported;

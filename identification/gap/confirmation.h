@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "identification/gap/closed_loop.h"
 #include "identification/gap/search.h"
 
 namespace identification::gap {
@@ -18,6 +19,8 @@ struct Judged {
   bool own_recordings = false;
   double noise_floor_Nm = 0;
   double resolution_rad = 0;  ///< of the encoder
+  /// Held-out recordings with a set-point, of a model with a servo; not stretches of searched ones.
+  std::vector<ServoRun> held_out_runs{};
 };
 
 /// Removes, the latest first, and refits the rest:

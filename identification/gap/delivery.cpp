@@ -8,6 +8,7 @@
 
 #include "identification/gap/block_comparison.h"
 #include "identification/gap/free_simulation.h"
+#include "identification/gap/parallel.h"
 
 namespace identification::gap {
 namespace {
@@ -35,8 +36,9 @@ double total(const std::vector<double>& squares) {
 
 /// Squared residuals of one model on the held-out data.
 struct Score {
-  std::vector<double> torque;      ///< by block
-  std::vector<double> simulation;  ///< by window
+  std::vector<double> torque;       ///< by block
+  std::vector<double> simulation;   ///< by window
+  std::vector<double> closed_loop;  ///< by stretch of each recording with a set-point
 };
 
 class HeldOut {
@@ -45,7 +47,22 @@ class HeldOut {
       : judged_(judged), windows_(windows_of(judged.rows, judged.held_out)) {}
 
   Score score(const FittedModel& fitted) const {
-    return {blocks(fitted, judged_.held_out), squared_errors(fitted.model, judged_.rows, windows_)};
+    return {blocks(fitted, judged_.held_out), squared_errors(fitted.model, judged_.rows, windows_),
+            closed_loop(fitted)};
+  }
+  std::vector<double> closed_loop(const FittedModel& fitted) const {
+    std::vector<std::vector<double>> of_runs(judged_.held_out_runs.size());
+    in_parallel(of_runs.size(), [&](std::size_t i) {
+      of_runs[i] = closed_loop_squares(fitted.model, judged_.held_out_runs[i]);
+    });
+    std::vector<double> all;
+    for (const std::vector<double>& squares : of_runs) all.insert(all.end(), squares.begin(), squares.end());
+    return all;
+  }
+  std::size_t simulated_samples() const {
+    std::size_t samples = 0;
+    for (const Window& window : windows_) samples += window.length;
+    return samples;
   }
   /// Squares of the torque residual over `rows`, in blocks.
   std::vector<double> blocks(const FittedModel& fitted, const std::vector<Eigen::Index>& rows) const {
@@ -74,6 +91,8 @@ bool is_doubtful(const Score& than, const Score& candidate) {
 std::string worse_at(const Score& than, const Score& candidate, double alike = kAlike) {
   if (is_worse(than.torque, candidate.torque, alike)) return "predicts the torque of the held-out data worse";
   if (is_worse(than.simulation, candidate.simulation, alike)) return "simulates the held-out data worse";
+  if (is_worse(than.closed_loop, candidate.closed_loop, alike))
+    return "follows the held-out set-points worse, with its servo";
   return "";
 }
 
@@ -238,6 +257,39 @@ WithPresliding with_presliding(const FittedModel& delivered, const model::effect
   });
   const HeldOut held_out(judged);
   return {with, worse_at(held_out.score(delivered), held_out.score(with), kAlikeIfGiven)};
+}
+
+FittedModel fitted_to_servo(const FittedModel& delivered, const std::vector<ServoRun>& searched,
+                            const Judged& judged) {
+  if (searched.empty() || judged.held_out_runs.empty()) return delivered;
+  FittedModel refined = refined_in_closed_loop(delivered, judged.rows, searched);
+  const HeldOut held_out(judged);
+  const Score before = held_out.score(delivered);
+  const Score after = held_out.score(refined);
+  const bool better = is_worse(after.closed_loop, before.closed_loop, kAlike);
+  return better && worse_at(before, after, kAlikeIfGiven).empty() ? refined : delivered;
+}
+
+HeldOutComparison compared(const FittedModel& than, const FittedModel& candidate, const Judged& judged) {
+  const HeldOut held_out(judged);
+  const Score before = held_out.score(than);
+  const Score after = held_out.score(candidate);
+  const Gain gain = gain_of(before.torque, after.torque);
+  const auto rms = [](const std::vector<double>& squares, std::size_t count) {
+    return count > 0 ? std::sqrt(total(squares) / static_cast<double>(count)) : 0;
+  };
+  HeldOutComparison result{
+      .gain = gain.share,
+      .decisiveness = gain.decisiveness,
+      .blocks = static_cast<int>(kDeliveryBlocks),
+      .before_Nm = rms(before.torque, judged.held_out.size()),
+      .after_Nm = rms(after.torque, judged.held_out.size()),
+      .simulation_before_rad_per_s = rms(before.simulation, held_out.simulated_samples()),
+      .simulation_after_rad_per_s = rms(after.simulation, held_out.simulated_samples()),
+      .worse_at = worse_at(before, after)};
+  for (std::size_t b = 0; b < kDeliveryBlocks; ++b)
+    result.blocks_improved += after.torque[b] < before.torque[b] ? 1 : 0;
+  return result;
 }
 
 }  // namespace identification::gap

@@ -29,4 +29,23 @@ struct WithPresliding {
 WithPresliding with_presliding(const FittedModel& delivered, const model::effects::AnyEffect& presliding,
                                const Judged& judged);
 
+/// The delivered model, refitted to the set-points of the searched recordings, if the servo follows those of
+/// the held-out ones significantly better with it, and nothing else becomes worse; otherwise as it is.
+FittedModel fitted_to_servo(const FittedModel& delivered, const std::vector<ServoRun>& searched,
+                            const Judged& judged);
+
+/// Two models on the held-out rows.
+struct HeldOutComparison {
+  double gain = 0;  ///< share of the squared torque residual that the candidate removes
+  double decisiveness = 0;
+  int blocks_improved = 0;
+  int blocks = 0;
+  double before_Nm = 0;  ///< rms torque residual
+  double after_Nm = 0;
+  double simulation_before_rad_per_s = 0;  ///< rms velocity error of free simulation in windows
+  double simulation_after_rad_per_s = 0;
+  std::string worse_at{};  ///< not empty if the candidate predicts or simulates them worse
+};
+HeldOutComparison compared(const FittedModel& than, const FittedModel& candidate, const Judged& judged);
+
 }  // namespace identification::gap

@@ -80,6 +80,7 @@ std::vector<double> FreeSimulation::velocity(const Window& window) const {
   if (!deflection_rad_.empty()) drive.set_deflection(deflection_rad_[window.first]);
   drive.set_laws(law_states(model_, s, window.first));
   drive.set_running(s.running_s[window.first]);
+  drive.set_since_reversal(s.since_reversal_s[window.first]);
   std::vector<double> velocity;
   for (std::size_t i = window.first; i < window.first + window.length; ++i) {
     velocity.push_back(drive.velocity_rad_per_s());

@@ -11,6 +11,7 @@
 
 #include "identification/gap/actuator_channel.h"
 #include "identification/gap/blind_spots.h"
+#include "identification/gap/closed_loop.h"
 #include "identification/gap/confirmation.h"
 #include "identification/gap/delivery.h"
 #include "identification/gap/diagnosis.h"
@@ -22,6 +23,7 @@
 #include "identification/gap/lost_sign.h"
 #include "identification/gap/next_experiment.h"
 #include "identification/gap/noise_floor.h"
+#include "identification/gap/own_shape.h"
 #include "identification/gap/rest_channel.h"
 #include "identification/gap/rivals.h"
 #include "identification/gap/search.h"
@@ -29,6 +31,7 @@
 #include "identification/gap/signals.h"
 #include "identification/gap/structure.h"
 #include "identification/gap/torque_scale.h"
+#include "identification/gap/unnamed.h"
 #include "identification/gap/views.h"
 #include "identification/gap/wording.h"
 
@@ -331,6 +334,14 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   require_one_rig(all_data, all_held_out);
   progress("looking for damage in the recordings", 0);
   Result result;
+  std::vector<ServoRun> searched_runs;
+  std::vector<ServoRun> held_out_runs;
+  if (base.servo) {
+    add_servo_torques(all_data, *base.servo);
+    add_servo_torques(all_held_out, *base.servo);
+    searched_runs = servo_runs(all_data, *base.servo);
+    held_out_runs = servo_runs(all_held_out, *base.servo);
+  }
   Diagnosed looked = diagnose(std::move(all_data), base);
   Diagnosed looked_held_out = diagnose(std::move(all_held_out), base);
   result.diagnosis = std::move(looked.diagnosis);
@@ -383,11 +394,17 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   result.noise_floor_Nm =
       std::min(result.noise_floor_Nm, kFittedNoise * rms(residual(searching.fitted), parts.training.rows));
   const Judged judged{
-      rows, parts.training, quiet, !held_out.empty(), result.noise_floor_Nm, band.resolution_rad};
+      rows,         parts.training, quiet, !held_out.empty(), result.noise_floor_Nm, band.resolution_rad,
+      held_out_runs};
   progress("holding the answer against held-out data", 0.86);
+  drop_misshapen(searching, judged);
   confirm(searching, judged);
   std::vector<std::string> taken_back = deliver(searching, given, judged);
   weigh_rivals(searching, rows, parts.training, options);
+  if (!held_out_runs.empty()) {
+    progress("following the set-points", 0.9);
+    searching.fitted = fitted_to_servo(searching.fitted, searched_runs, judged);
+  }
 
   progress("looking for what is left", 0.92);
   RestFindings rest = rest_channel(searched, searching.fitted.model, band, options);
@@ -410,7 +427,7 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   if (std::string note = fast_ripple_note(searched); !note.empty()) result.notes.push_back(std::move(note));
   result.blind_spots = blind_spots(searched, rest.rests);
   const FittedModel refitted = refined(given, rows, parts.training.rows);
-  const Eigen::VectorXd left = residual(final);
+  const Eigen::VectorXd named_left = residual(final);
   result.band_Hz = band.cutoff_Hz;
   FittedModel as_given = given;
   as_given.model = base;
@@ -418,24 +435,34 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   as_given.smoothing_s2 = final.smoothing_s2;
   result.gap_before_Nm = rms(residual(as_given), quiet);
   result.gap_base_Nm = rms(residual(refitted), quiet);
-  result.gap_after_Nm = rms(left, quiet);
-  const HeldOutRows compared = held_out_rows(rows, residual(as_given), left, quiet);
-  if (!sign || !sign->found) result.shrink = shrink_of(compared, options.seed);
-  std::vector<std::string> names;
-  for (const Source& source : sources) names.push_back(source.name);
-  result.recordings = recording_gaps(compared, names);
-  result.gap_searched_Nm = rms(left, parts.training.rows);
+  result.gap_after_Nm = rms(named_left, quiet);
+  // The verdict is about the effects that have a name.
   Structure structured = structure(final, rows, parts.training, quiet, options);
   std::vector<bool> judging(static_cast<std::size_t>(rows.count()), false);
   for (const Eigen::Index i : parts.held_out) judging[static_cast<std::size_t>(i)] = true;
   std::vector<bool> searched_rows = judging;
   searched_rows.flip();
-  result.unexplained = left_over(std::move(structured.held_out), left, rows, judging, burst,
+  result.gap_searched_Nm = rms(named_left, parts.training.rows);
+  result.unexplained = left_over(std::move(structured.held_out), named_left, rows, judging, burst,
                                  result.gap_after_Nm, result.noise_floor_Nm);
-  result.unexplained_searched = left_over(std::move(structured.searched), left, rows, searched_rows, burst,
-                                          result.gap_searched_Nm, result.noise_floor_Nm);
+  result.unexplained_searched = left_over(std::move(structured.searched), named_left, rows, searched_rows,
+                                          burst, result.gap_searched_Nm, result.noise_floor_Nm);
+  if (!result.unexplained.empty()) {
+    progress("describing what has no name", 0.93);
+    result.unnamed = find_unnamed(final, judged, options);
+  }
+  result.unnamed_accepted = result.unnamed && options.accept_unnamed;
+  const FittedModel delivered = result.unnamed_accepted ? with(final, result.unnamed->effect) : final;
+  const Eigen::VectorXd left = result.unnamed_accepted ? residual(delivered) : named_left;
+  result.gap_after_Nm = rms(left, quiet);
+  result.gap_searched_Nm = rms(left, parts.training.rows);
+  const HeldOutRows compared = held_out_rows(rows, residual(as_given), left, quiet);
+  if (!sign || !sign->found) result.shrink = shrink_of(compared, options.seed);
+  std::vector<std::string> names;
+  for (const Source& source : sources) names.push_back(source.name);
+  result.recordings = recording_gaps(compared, names);
 
-  result.model = final.model;
+  result.model = delivered.model;
   const std::vector<fit::Estimate> all = estimates(final, rows, parts.training.rows);
   const auto free = free_parameters(final, rows);
   const std::size_t of_base = effects_kept(base, final.model);
@@ -455,8 +482,10 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   }
   std::set<std::string> named;
   // A compliance at rest is in the delivered model, but not in the compared ones.
-  const auto as_delivered = [&](const FittedModel& other) {
-    return rest.presliding ? with(other, final.model.effects.back()) : other;
+  const auto as_delivered = [&](FittedModel other) {
+    if (rest.presliding) other.model.effects.push_back(final.model.effects.back());
+    if (result.unnamed_accepted) other.model.effects.push_back(result.unnamed->effect);
+    return other;
   };
   std::vector<std::vector<FittedModel>> rivals;  // of each found effect
   for (std::size_t n = 0; n < searching.added.size(); ++n) {
@@ -517,12 +546,16 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   weigh_torque_scale(base, result);
 
   progress("simulating", 0.96);
-  const Simulated simulated = simulate(base, final.model, signals, rows, quiet);
+  const Simulated simulated = simulate(base, delivered.model, signals, rows, quiet);
   result.simulation_before = simulated.before_rad_per_s;
   result.simulation_after = simulated.after_rad_per_s;
   result.traces = simulated.traces;
-  result.maps = residual_maps(as_given, final, rows, quiet);
-  result.curve = friction_curve(given, final, rows);
+  for (const std::vector<ServoRun>* const runs : {&searched_runs, &held_out_runs})
+    for (const ServoRun& run : *runs)
+      result.closed_loop.push_back(
+          {closed_loop_error(base, run), closed_loop_error(delivered.model, run), runs == &held_out_runs});
+  result.maps = residual_maps(as_given, delivered, rows, quiet);
+  result.curve = friction_curve(given, delivered, rows);
   result.held_out = held_out.empty() ? held_out_names(rows, quiet, kSetAsideFrom, kSetAsideTo)
                                      : held_out_names(rows, quiet, 0, 1);
   result.verdict = verdict_of(result);

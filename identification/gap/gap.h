@@ -81,6 +81,33 @@ struct FoundEffect {
   std::vector<fit::Estimate> parameters{};     ///< in the order of the effect's description
 };
 
+/// Structure that no effect of the library explains, as model::effects::Empirical: it has no physical name.
+struct UnnamedEffect {
+  model::effects::AnyEffect effect;
+  double held_out_gain = 0;  ///< share of the squared held-out residual that it removes
+  int blocks_improved = 0;   ///< of the held-out data
+  int blocks = 0;
+  double p_value = 1;        ///< of its terms, the largest: probability of such a gain by chance
+  double gap_before_Nm = 0;  ///< held-out rms torque residual without it
+  double gap_after_Nm = 0;
+  double removable_share = 0;  ///< of the squared residual above the noise floor, the share that it removes
+  double simulation_before_rad_per_s = 0;  ///< rms velocity error of free simulation, held out
+  double simulation_after_rad_per_s = 0;
+};
+
+/// Of the simulation of model and servo together, from the set-point alone.
+struct ClosedLoopError {
+  std::string recording;
+  double mean_rad = 0;  ///< mean magnitude of the position error
+  double rms_rad = 0;
+};
+/// The same with the given model and with the new one.
+struct ClosedLoop {
+  ClosedLoopError before;
+  ClosedLoopError after;
+  bool held_out = false;  ///< whether no fit has used the recording
+};
+
 /// Range in which the drive has been observed, and may be used again. Joint side.
 struct DriveLimits {
   double torque_Nm = 0;
@@ -146,11 +173,15 @@ struct Result {
   std::vector<RecordingGap> recordings{};  ///< of held-out data; the last one covers all of them
   double simulation_before = 0;  ///< rms velocity error of free simulation in windows, held out [rad/s]
   double simulation_after = 0;
+  std::vector<ClosedLoop> closed_loop{};  ///< of each recording with a set-point, if the model has a servo
   std::vector<Diagnosis> diagnosis;
   std::vector<FoundEffect> effects;
   std::vector<RejectedEffect> rejected;
   std::vector<Unexplained> unexplained;           ///< of the held-out data
   std::vector<Unexplained> unexplained_searched;  ///< of the searched data
+  /// A torque without a physical name that removes structure that stays unexplained.
+  std::optional<UnnamedEffect> unnamed{};
+  bool unnamed_accepted = false;  ///< it is in the model, and in the gap after
   /// Refitted parameters of the given model, by effect type; its inertia has an empty type.
   std::vector<std::pair<std::string, fit::Estimate>> refitted;  ///< effect type and its parameter
   std::string disagreement;        ///< between the searched and the held-out data, on which the verdict is
@@ -176,6 +207,7 @@ struct Options {
   double least_gain = 0.02;           ///< minimum share of the squared residual for an effect to be named
   std::uint64_t seed = 1;
   Enough enough{};
+  bool accept_unnamed = false;  ///< adds a torque without a physical name to the model
   /// Called occasionally with the current step and the completed share of the analysis, 0 to 1.
   std::function<void(std::string_view what, double done)> progress{};
 };

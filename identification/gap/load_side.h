@@ -16,6 +16,7 @@ inline model::effects::Slide slide_at(const Signals& s, std::size_t i, double lo
   return {.speed_rad_per_s = std::abs(s.velocity_rad_per_s[i]),
           .running_s = s.running_s[i],
           .position_rad = s.position_rad[i],
+          .since_reversal_s = s.since_reversal_s[i],
           .load_Nm = load_Nm,
           .inertial_Nm = inertia_kg_m2 * s.acceleration_rad_per_s2[i]};
 }

@@ -279,6 +279,13 @@ std::vector<double> at_samples(std::span<const double> held) {
   return result;
 }
 
+std::vector<double> since_reversal(std::span<const double> velocity_rad_per_s, double period_s) {
+  std::vector<double> since_s(velocity_rad_per_s.size());
+  for (std::size_t i = 1; i < since_s.size(); ++i)
+    since_s[i] = velocity_rad_per_s[i] * velocity_rad_per_s[i - 1] <= 0 ? 0 : since_s[i - 1] + period_s;
+  return since_s;
+}
+
 Signals make_signals(const Source& source, const Band& band) {
   const Recording& recording = source.recording;
   const double own_period_s = period_of(source);
@@ -320,6 +327,7 @@ Signals make_signals(const Source& source, const Band& band) {
   for (const double t : s.time_s) s.running_s.push_back(t - source.running_from_s.value_or(time.front()));
   s.position_rad = kept(position);
   s.velocity_rad_per_s = kept(velocity);
+  s.since_reversal_s = since_reversal(s.velocity_rad_per_s, s.period_s);
   s.acceleration_rad_per_s2 = kept(acceleration);
   s.direction = kept(steep_zero_phase(mean_signs(velocity), own_period_s, s.filter_Hz));
   const auto samples = [&](double periods) {

@@ -28,7 +28,8 @@ struct Signals {
   double band_Hz = 0;    ///< for the comparison of data and model
   double filter_Hz = 0;  ///< of the signals here; wider, so that friction keeps its sharp reversal
   std::vector<double> time_s;
-  std::vector<double> running_s;  ///< since the first sample
+  std::vector<double> running_s;         ///< since the first sample
+  std::vector<double> since_reversal_s;  ///< since the velocity last changed sign
   std::vector<double> position_rad;
   std::vector<double> velocity_rad_per_s;
   std::vector<double> acceleration_rad_per_s2;
@@ -73,6 +74,9 @@ Band choose_band(const std::vector<Source>& sources, const model::effects::Drive
 /// Effective value at the samples of a value that is held from each to the next: the mean of both sides,
 /// which also moves a mass from sample to sample.
 std::vector<double> at_samples(std::span<const double> held);
+
+/// Seconds since the velocity last changed sign, at each sample.
+std::vector<double> since_reversal(std::span<const double> velocity_rad_per_s, double period_s);
 
 Signals make_signals(const Source& source, const Band& band);
 

@@ -60,7 +60,7 @@ std::vector<Coordinate> coordinates() {
   return {{"velocity_rad_per_s", [](const Signals& s) { return s.velocity_rad_per_s; }, 14, false},
           {"acceleration_rad_per_s2", [](const Signals& s) { return s.acceleration_rad_per_s2; }, 9, false},
           {"position_rad", [](const Signals& s) { return s.position_rad; }, 24, false},
-          {"time_since_reversal_s", since_reversal_s, 8, true},
+          {"time_since_reversal_s", [](const Signals& s) { return s.since_reversal_s; }, 8, true},
           {"running_time_s", [](const Signals& s) { return s.running_s; }, 8, true}};
 }
 
@@ -257,15 +257,6 @@ std::vector<Unexplained> answered(const std::vector<Question>& questions, const 
 
 }  // namespace
 
-std::vector<double> since_reversal_s(const Signals& s) {
-  Samples result(s.size());
-  for (std::size_t i = 1; i < s.size(); ++i) {
-    const bool reversed = s.velocity_rad_per_s[i] * s.velocity_rad_per_s[i - 1] <= 0;
-    result[i] = reversed ? 0 : result[i - 1] + s.period_s;
-  }
-  return result;
-}
-
 std::vector<bool> bursts(const FittedModel& fitted, const Rows& rows) {
   const Dictionary dictionary = make_dictionary(fitted, rows);
   const auto parameters = free_parameters(fitted, rows);
@@ -279,7 +270,7 @@ std::vector<bool> bursts(const FittedModel& fitted, const Rows& rows) {
   const Eigen::VectorXd left =
       residual - all * unit.cwiseProduct(gram.ldlt().solve(unit.cwiseProduct(all.transpose() * residual)));
 
-  const Eigen::VectorXd since = rows.means(since_reversal_s);
+  const Eigen::VectorXd since = rows.means([](const Signals& s) { return s.since_reversal_s; });
   std::vector<bool> marked(static_cast<std::size_t>(rows.count()), false);
   const double row_s = 0.5 / rows.signals().front().band_Hz;
   const auto window = std::max<Eigen::Index>(3, std::llround(kBurstWindow_s / row_s));

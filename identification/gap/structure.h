@@ -26,7 +26,4 @@ struct Structure {
 Structure structure(const FittedModel& fitted, const Rows& rows, const Training& training,
                     const std::vector<Eigen::Index>& held_out, const Options& options);
 
-/// Seconds since the velocity last changed sign, at each sample.
-std::vector<double> since_reversal_s(const Signals& signals);
-
 }  // namespace identification::gap

@@ -39,7 +39,7 @@ std::vector<ViewCoordinate> view_coordinates() {
   return {{"velocity_rad_per_s", [](const Signals& s) { return s.velocity_rad_per_s; }},
           {"position_rad", turned},
           {"acceleration_rad_per_s2", [](const Signals& s) { return s.acceleration_rad_per_s2; }},
-          {"time_since_reversal_s", since_reversal_s},
+          {"time_since_reversal_s", [](const Signals& s) { return s.since_reversal_s; }},
           {"running_time_s", [](const Signals& s) { return s.running_s; }},
           {"torque_Nm", [](const Signals& s) { return s.torque_Nm; }}};
 }
@@ -234,7 +234,8 @@ Where where_of(std::string_view effect, const Eigen::VectorXd& contribution, con
       return {"position_rad", turned};
     if (effect == "inertia" || effect == "elasticity")
       return {"acceleration_rad_per_s2", [](const Signals& s) { return s.acceleration_rad_per_s2; }};
-    if (effect == "presliding" || effect == "backlash") return {"time_since_reversal_s", since_reversal_s};
+    if (effect == "presliding" || effect == "backlash")
+      return {"time_since_reversal_s", [](const Signals& s) { return s.since_reversal_s; }};
     if (effect == "thermal_drift") return {"running_time_s", [](const Signals& s) { return s.running_s; }};
     if (effect == "torque_deadband" || effect == "transport_delay" || effect == "torque_lag" ||
         effect == "torque_saturation")

@@ -88,6 +88,7 @@ AnyEffect with_defaults(std::string_view effect) {
 /// Empty when there is nothing wrong.
 std::string problem_of(const CustomEffect& effect) {
   const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; };
+  if (effect.name == Empirical::kName) return "that is the name of structure without a name";
   if (effect.name.empty() || !std::ranges::all_of(effect.name, is_letter))
     return "its name takes lower-case letters, digits and underscores";
   if (find_in(effect_descriptions(), effect.name) != nullptr) return "there is an effect of that name";
@@ -174,6 +175,8 @@ const EffectDescription& effect_description(std::string_view effect) {
 }
 
 const EffectDescription& description_of(const AnyEffect& effect) noexcept {
+  static const EffectDescription kEmpirical{Empirical::kName, Empirical::kShows, {}};
+  if (std::holds_alternative<Empirical>(effect)) return kEmpirical;
   const std::vector<EffectDescription>& all = registry().descriptions;
   if (const auto* law = std::get_if<FrictionLaw>(&effect))
     return *find_in(friction_law_effects(), law->law().name());
@@ -199,7 +202,7 @@ std::vector<double> values_of(const AnyEffect& effect) {
         } else if constexpr (std::is_same_v<E, FrictionLaw>) {
           for (const auto& parameter : friction::law_description(e.law().name()).parameters)
             values.push_back(e.law().parameter(parameter.name));
-        } else {
+        } else if constexpr (!std::is_same_v<E, Empirical>) {
           for (const auto& info : E::kParameters) values.push_back(info.of(e.parameters()));
         }
         return values;
@@ -215,6 +218,8 @@ AnyEffect with_values(const AnyEffect& effect, std::span<const double> values) {
           return AnyEffect(Custom(e.kind(), values[0], values.size() > 1 ? values[1] : 0));
         } else if constexpr (std::is_same_v<E, FrictionLaw>) {
           return AnyEffect(FrictionLaw(friction::make_law_from_values(e.law().name(), values)));
+        } else if constexpr (std::is_same_v<E, Empirical>) {
+          return AnyEffect(e);
         } else {
           typename E::Parameters parameters = e.parameters();
           auto value = values.begin();

@@ -11,6 +11,7 @@
 #include "model/effects/actuator.h"
 #include "model/effects/custom.h"
 #include "model/effects/effect.h"
+#include "model/effects/empirical.h"
 #include "model/effects/friction.h"
 #include "model/effects/friction_law.h"
 #include "model/effects/mechanics.h"
@@ -21,13 +22,14 @@ namespace model::effects {
 template <class... Es>
 struct EffectList {
   using Library = std::variant<Es...>;
-  using Any = std::variant<Es..., FrictionLaw, Custom>;
+  using Any = std::variant<Es..., FrictionLaw, Custom, Empirical>;
 };
 using Effects = EffectList<Coulomb, Viscous, Stribeck, DirectionAsymmetry, MidspeedDip, QuadraticDrag,
                            LoadFriction, ThermalDrift, PositionFriction, Presliding, Cogging, Imbalance,
                            Inertia, Backlash, Elasticity, TorqueOffset, TorqueDeadband, TorqueSaturation,
                            TorqueLag, TransportDelay, UnsignedCurrent, TorqueRipple, EncoderEccentricity>;
-/// An effect of one of the library's types, a friction law, or an effect that the program has added.
+/// An effect of one of the library's types, a friction law, one that the program has added, or one without a
+/// name, which is described, but not listed: no name and no numbers make it.
 using AnyEffect = Effects::Any;
 
 using model::NamedValue;

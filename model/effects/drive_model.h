@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "model/effects/any_effect.h"
+#include "model/servo_law.h"
 
 namespace model::effects {
 
@@ -16,6 +17,7 @@ struct DriveModel {
   std::optional<double> encoder_ticks_per_rev{};
   std::optional<double> torque_noise_Nm{};  ///< 1 sigma of the reported torque
   std::vector<AnyEffect> effects{};
+  std::optional<model::ServoLaw> servo{};  ///< how a set-point becomes the torque command
 
   /// The first effect of a type, or null.
   template <Effect E>

@@ -33,6 +33,9 @@ namespace model::effects {
 using model::friction::member;
 using model::friction::ParameterInfo;
 
+/// Long after a reversal, where nothing changes any more.
+inline constexpr double kLongSinceReversal_s = 1e9;
+
 /// A sliding joint, as input of friction.
 struct Sliding {
   double speed_rad_per_s = 0;  ///< >= 0
@@ -41,6 +44,7 @@ struct Sliding {
   double coulomb_Nm = 0;       ///< sum of the coulomb effects
   double load_Nm = 0;          ///< magnitude of the load's torque
   double position_rad = 0;
+  double since_reversal_s = kLongSinceReversal_s;  ///< since the velocity last changed sign
 };
 
 /// A sliding joint with the torques that its gear transmits.
@@ -49,8 +53,9 @@ struct Slide {
   double direction = 1;        ///< +1 or -1
   double running_s = 0;        ///< since the cold start of the drive
   double position_rad = 0;
-  double load_Nm = 0;      ///< torque of the load, against positive motion
-  double inertial_Nm = 0;  ///< inertia times acceleration, of the whole joint
+  double since_reversal_s = kLongSinceReversal_s;  ///< since the velocity last changed sign
+  double load_Nm = 0;                              ///< torque of the load, against positive motion
+  double inertial_Nm = 0;                          ///< inertia times acceleration, of the whole joint
 };
 
 /// What an encoder adds to a position, with its first and second derivative over the position.

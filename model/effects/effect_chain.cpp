@@ -61,8 +61,13 @@ double EffectChain::deliver(double command_Nm, double interval_s) noexcept {
 
 template <class Use>
 double EffectChain::sliding_Nm(const Slide& slide, const Use& use) const noexcept {
-  const Sliding sliding{slide.speed_rad_per_s, slide.direction,         slide.running_s,
-                        coulomb_Nm_,           std::abs(slide.load_Nm), slide.position_rad};
+  const Sliding sliding{.speed_rad_per_s = slide.speed_rad_per_s,
+                        .direction = slide.direction,
+                        .running_s = slide.running_s,
+                        .coulomb_Nm = coulomb_Nm_,
+                        .load_Nm = std::abs(slide.load_Nm),
+                        .position_rad = slide.position_rad,
+                        .since_reversal_s = slide.since_reversal_s};
   double level = 0;
   for (const AnyEffect& any : effects_) {
     ask(any, [&](const auto& effect) {

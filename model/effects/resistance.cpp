@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 #include <type_traits>
+#include <variant>
+#include <vector>
 
 #include "model/effects/dissipation.h"
 #include "model/effects/effect_chain.h"
@@ -28,15 +30,28 @@ void add(model::PositionTorque& torque, const Custom& custom) {
     torque.functions.push_back({custom.amplitude(), custom.shape(), custom.kind().load});
 }
 
+void add(model::PositionTorque& torque, const Empirical& empirical) {
+  for (const Empirical::Term& term : empirical.terms())
+    if (term.is_load()) torque.tables.push_back(term.table);
+}
+
 }  // namespace
 
 model::JointResistance resistance_of(const DriveModel& model) {
-  const EffectChain effects(with_least_friction(model.effects));
-  const auto sliding_Nm = [&effects](double velocity_rad_per_s) {
+  std::vector<AnyEffect> named = with_least_friction(model.effects);
+  std::vector<Empirical> unnamed;
+  for (const AnyEffect& any : named)
+    if (const auto* empirical = std::get_if<Empirical>(&any)) unnamed.push_back(*empirical);
+  std::erase_if(named, [](const AnyEffect& any) { return std::holds_alternative<Empirical>(any); });
+  const EffectChain effects(named);
+  const auto sliding_Nm = [&](double velocity_rad_per_s) {
     const double direction = std::copysign(1.0, velocity_rad_per_s);
+    const double speed = std::abs(velocity_rad_per_s);
     const auto after = [&](double running_s) {
-      return effects.level_Nm(
-          {.speed_rad_per_s = std::abs(velocity_rad_per_s), .direction = direction, .running_s = running_s});
+      double level =
+          effects.signed_level_Nm({.speed_rad_per_s = speed, .direction = direction, .running_s = running_s});
+      for (const Empirical& empirical : unnamed) level += empirical.least_level_Nm(speed, direction);
+      return std::max(level, 0.0);
     };
     return direction * std::min(after(0), after(std::numeric_limits<double>::infinity()));
   };

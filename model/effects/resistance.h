@@ -14,7 +14,9 @@ namespace model::effects {
 /// - position_friction: its minimum over the position, for the same reason;
 /// - torque_offset, imbalance, cogging: the position-dependent torque;
 /// - torque_deadband: the minimum torque;
-/// - an effect that the program has added: its friction and its position-dependent torque.
+/// - an effect that the program has added: its friction and its position-dependent torque;
+/// - empirical: its position-dependent torque, and at each velocity the smallest friction that it has there
+///   over position, load and time since reversal.
 /// It ignores effects that an added torque cannot compensate, or that need signals the controller does not
 /// have: presliding, backlash and elasticity (motion before the joint moves), inertia (acceleration),
 /// load_friction (the load), torque_saturation, torque_lag and transport_delay (the future), torque_ripple

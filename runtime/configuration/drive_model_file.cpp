@@ -6,8 +6,11 @@
 #include <array>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
+#include <variant>
 
 #include "model/effects/dissipation.h"
+#include "model/servo_law_keys.h"
 #include "runtime/configuration/toml_reader.h"
 
 namespace runtime {
@@ -16,6 +19,7 @@ namespace {
 using model::effects::AnyEffect;
 using model::effects::DriveModel;
 using model::effects::EffectDescription;
+using model::effects::Empirical;
 using model::effects::NamedValue;
 using model::effects::ParameterDescription;
 
@@ -56,16 +60,54 @@ void read_parameters(TomlTable& table, const EffectDescription& effect, bool is_
   }
 }
 
+/// One table over one quantity, times a factor.
+void read_term(TomlTable& table, std::vector<Empirical::Term>& terms) {
+  Empirical::Along along = Empirical::Along::kVelocity;
+  Empirical::Times times = Empirical::Times::kOne;
+  table.choice("along", along, std::span(Empirical::kAlong), {.required = true});
+  table.choice("times", times, std::span(Empirical::kTimes), {.required = true});
+  double from = 0;
+  double to = 0;
+  std::vector<double> values;
+  const bool turn = along == Empirical::Along::kTurn;
+  if (!turn) {
+    table.number("from", from, {.required = true});
+    table.number("to", to, {.required = true});
+  }
+  table.list("values", values, {.required = true, .most = Empirical::kMaxValues});
+  if (!Empirical::is_term(along, times)) {
+    table.refuse("times", fmt::format("is '{}', which no table over {} takes", Empirical::name_of(times),
+                                      Empirical::name_of(along)));
+    return;
+  }
+  try {
+    terms.push_back({along, times,
+                     turn ? model::EvenTable::of_a_turn(std::move(values))
+                          : model::EvenTable::over(from, to, std::move(values))});
+  } catch (const std::invalid_argument& problem) {
+    table.refuse("values", fmt::format("give no {}", problem.what()));
+  }
+}
+
+void read_empirical(TomlTable& table, std::vector<AnyEffect>& effects) {
+  std::vector<Empirical::Term> terms;
+  std::vector<TomlTable> tables = table.tables("term", {.most = Empirical::kMaxTerms});
+  if (tables.empty()) table.refuse("term", "is missing: an empirical effect has one [[effect.term]] or more");
+  for (TomlTable& term : tables) read_term(term, terms);
+  if (!terms.empty()) effects.emplace_back(Empirical(std::move(terms)));
+}
+
 void read_effect(TomlTable& table, std::vector<AnyEffect>& effects) {
   std::string type;
   table.text("type", type, {.required = true});
+  if (type == Empirical::kName) return read_empirical(table, effects);
   for (const auto& family : kFamilies)
     for (const EffectDescription& effect : family())
       if (effect.name == type)
         return read_parameters(table, effect, family == &model::effects::friction_law_effects, effects);
   if (!type.empty())
-    table.refuse("type", fmt::format("is '{}'; there are {} and the friction laws {}", type,
-                                     names(model::effects::effect_descriptions()),
+    table.refuse("type", fmt::format("is '{}'; there are {}, {} and the friction laws {}", type,
+                                     names(model::effects::effect_descriptions()), Empirical::kName,
                                      names(model::effects::friction_law_effects())));
   for (const auto& family : kFamilies)
     for (const EffectDescription& other : family())
@@ -79,11 +121,57 @@ std::string number(double value) {
   return text;
 }
 
+std::string unit_remark(Empirical::Times times) {
+  const std::string_view unit = Empirical::unit_of(times);
+  return unit.empty() ? "share of the load" : std::string(unit);
+}
+
+std::string terms_text(const Empirical& empirical) {
+  std::string text;
+  for (const Empirical::Term& term : empirical.terms()) {
+    text += fmt::format("[[effect.term]]\nalong = \"{}\"\ntimes = \"{}\"\n", Empirical::name_of(term.along),
+                        Empirical::name_of(term.times));
+    if (term.table.repeats())
+      text += "# values at even steps of a turn, from 0 on";
+    else
+      text +=
+          fmt::format("from = {}  # beyond from and to the last value holds\nto = {}\n# values at even steps",
+                      number(term.table.from()), number(term.table.to()));
+    text += fmt::format(", in {}\nvalues = [", unit_remark(term.times));
+    for (std::size_t i = 0; i < term.table.values().size(); ++i)
+      text += (i == 0 ? "" : ", ") + number(term.table.values()[i]);
+    text += "]\n";
+  }
+  return text;
+}
+
 std::string comment(std::string_view text) {
   std::string line = "# ";
   for (const char c : text)
     if (static_cast<unsigned char>(c) >= 0x20 && c != 0x7f) line += c;
   return line;
+}
+
+model::ServoLaw read_servo(TomlTable table) {
+  model::ServoLaw law;
+  table.choice("output", law.output,
+               {{"voltage", model::ServoLaw::Output::kVoltage}, {"torque", model::ServoLaw::Output::kTorque}},
+               {.required = true});
+  const bool voltage = law.output == model::ServoLaw::Output::kVoltage;
+  for (const model::ServoKey& key : model::kServoKeys) {
+    if (key.of_voltage && !voltage) continue;
+    const bool required = key.of_voltage || key.member == &model::ServoLaw::limit;
+    table.number(key.name, law.*(key.member), {.min = key.lower, .max = key.upper, .required = required});
+  }
+  return law;
+}
+
+std::string servo_text(const model::ServoLaw& law) {
+  const bool voltage = law.output == model::ServoLaw::Output::kVoltage;
+  std::string text = fmt::format("\n[servo]\noutput = \"{}\"\n", voltage ? "voltage" : "torque");
+  for (const model::ServoKey& key : model::kServoKeys)
+    if (voltage || !key.of_voltage) text += fmt::format("{} = {}\n", key.name, number(law.*(key.member)));
+  return text;
 }
 
 DriveModel read_model(TomlFile file) {
@@ -103,6 +191,7 @@ DriveModel read_model(TomlFile file) {
   };
   optional_number("encoder_ticks_per_rev", model.encoder_ticks_per_rev, 1);
   optional_number("torque_noise_Nm", model.torque_noise_Nm, 0);
+  if (root.has("servo")) model.servo = read_servo(root.table("servo"));
   for (TomlTable& table : root.tables("effect", {.most = kMaxEffects})) read_effect(table, model.effects);
   file.finish();
   return model;
@@ -126,6 +215,7 @@ std::string drive_model_text(const DriveModel& model, std::span<const std::strin
   if (model.encoder_ticks_per_rev)
     text += fmt::format("encoder_ticks_per_rev = {}\n", number(*model.encoder_ticks_per_rev));
   if (model.torque_noise_Nm) text += fmt::format("torque_noise_Nm = {}\n", number(*model.torque_noise_Nm));
+  if (model.servo) text += servo_text(*model.servo);
   for (std::size_t i = 0; i < model.effects.size(); ++i) {
     const AnyEffect& effect = model.effects[i];
     const EffectDescription& described = model::effects::description_of(effect);
@@ -140,6 +230,7 @@ std::string drive_model_text(const DriveModel& model, std::span<const std::strin
         text += "  " + comment(remarks[i].parameters[k]);
       text += "\n";
     }
+    if (const auto* const empirical = std::get_if<Empirical>(&effect)) text += terms_text(*empirical);
   }
   return text;
 }

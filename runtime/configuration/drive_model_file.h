@@ -11,7 +11,8 @@
 
 namespace runtime {
 
-/// A parameter that is missing in an effect is zero, or 2 for a Stribeck exponent.
+/// An empirical effect has tables, [[effect.term]], in place of parameters. A parameter that is missing in an
+/// effect is zero, or 2 for a Stribeck exponent.
 /// @throws ConfigError with all problems of the file: another format, an unknown effect or key, a value that
 /// is missing or out of range.
 model::effects::DriveModel read_drive_model(const std::filesystem::path& path);

@@ -252,6 +252,20 @@ void TomlTable::numbers(std::string_view key, std::span<double> values, const Nu
   if (numbers.size() == values.size()) std::ranges::copy(numbers, values.begin());
 }
 
+void TomlTable::list(std::string_view key, std::vector<double>& values, const KeyRules& rules) {
+  const toml::node* found = node_->find(key, rules.required);
+  if (found == nullptr) return;
+  const toml::array* array = found->as_array();
+  if (array == nullptr) return node_->refuse_type(*found, key, "an array of numbers");
+  if (node_->is_too_long(*array, key, rules)) return;
+  std::vector<double> numbers;
+  for (std::size_t i = 0; i < array->size(); ++i) {
+    const auto number = node_->number((*array)[i], fmt::format("{}[{}]", key, i), {});
+    if (number) numbers.push_back(*number);
+  }
+  if (numbers.size() == array->size()) values = std::move(numbers);
+}
+
 void TomlTable::boolean(std::string_view key, bool& value, const KeyRules& rules) {
   node_->assign(key, value, "a boolean", rules);
 }

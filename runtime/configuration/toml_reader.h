@@ -63,6 +63,8 @@ class TomlTable {
   void integer(std::string_view key, int& value, const NumberRules& rules = {});
   /// Accepts an array of exactly `values.size()` numbers.
   void numbers(std::string_view key, std::span<double> values, const NumberRules& rules = {});
+  /// Accepts an array of any number of numbers, up to `rules.most`.
+  void list(std::string_view key, std::vector<double>& values, const KeyRules& rules = {});
   void boolean(std::string_view key, bool& value, const KeyRules& rules = {});
   void text(std::string_view key, std::string& value, const KeyRules& rules = {});
   /// Accepts an array of strings, up to `rules.most`.

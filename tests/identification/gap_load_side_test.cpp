@@ -25,6 +25,7 @@ Signals driven(double seconds, const std::function<double(double)>& position,
   for (double t = 0; t < seconds; t += kPeriod_s) {
     s.time_s.push_back(t);
     s.running_s.push_back(t);
+    s.since_reversal_s.push_back(t);
     s.position_rad.push_back(position(t));
     s.velocity_rad_per_s.push_back(velocity(t));
   }
@@ -159,6 +160,7 @@ Bouncing bouncing(const model::effects::Mechanics& mechanics, double coulomb_Nm,
   for (double t = 0; t < seconds; t += kSample_s) {
     s.time_s.push_back(t);
     s.running_s.push_back(t);
+    s.since_reversal_s.push_back(t);
     s.position_rad.push_back(motor_x);
     s.velocity_rad_per_s.push_back(motor_v);
     result.drive_Nm.push_back(3 * coulomb_Nm * std::sin(2 * std::numbers::pi * 0.7 * t));

@@ -5,12 +5,14 @@
 
 #include <algorithm>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "model/effects/any_effect.h"
 #include "model/effects/basis.h"
 #include "model/effects/effect_chain.h"
 #include "model/friction/wheel_curve.h"
+#include "model/servo_law_keys.h"
 #include "runtime/configuration/toml_reader.h"
 #include "sim/model_drive.h"
 #include "tests/support/built_paths.h"
@@ -67,6 +69,68 @@ TEST_F(DriveModelFile, AGapWithoutItsLaterParametersIsRead) {
   EXPECT_EQ(parameter_of(model.effects[0], "gap_rad"), 0.01);
   EXPECT_EQ(parameter_of(model.effects[0], "load_share"), 0.3);
   EXPECT_EQ(parameter_of(model.effects[0], "friction_ratio"), 1) << "inertia and friction had one share";
+}
+
+TEST_F(DriveModelFile, ATorqueWithoutANameReadsBackToTheLastDigit) {
+  using model::effects::Empirical;
+  DriveModel model{.name = "odd", .inertia_kg_m2 = 0.0112, .effects = {make_effect("coulomb")}};
+  model.effects.emplace_back(Empirical({{Empirical::Along::kVelocity, Empirical::Times::kOne,
+                                         model::EvenTable::over(-8.1, 7.9, {0.1 + 0.2, -1e-9, 3})},
+                                        {Empirical::Along::kTurn, Empirical::Times::kDirection,
+                                         model::EvenTable::of_a_turn({0.01, 1.0 / 3})}}));
+  const std::string text = drive_model_text(model);
+  const DriveModel again = read(text);
+  ASSERT_EQ(again.effects.size(), 2U) << text;
+  const auto* const empirical = std::get_if<Empirical>(&again.effects[1]);
+  ASSERT_NE(empirical, nullptr);
+  ASSERT_EQ(empirical->terms().size(), 2U);
+  EXPECT_EQ(empirical->terms()[0].along, Empirical::Along::kVelocity);
+  EXPECT_EQ(empirical->terms()[0].table.from(), -8.1);
+  EXPECT_EQ(empirical->terms()[0].table.to(), 7.9);
+  EXPECT_EQ(empirical->terms()[0].table.values(), (std::vector<double>{0.1 + 0.2, -1e-9, 3}));
+  EXPECT_EQ(empirical->terms()[1].times, Empirical::Times::kDirection);
+  EXPECT_TRUE(empirical->terms()[1].table.repeats());
+  EXPECT_NE(text.find("the last value holds"), std::string::npos) << "the range of validity";
+}
+
+TEST_F(DriveModelFile, ATermThatIsNoneIsRefusedWithItsLine) {
+  const std::string effect = std::string(kHead) + "[[effect]]\ntype = \"empirical\"\n";
+  EXPECT_EQ(problems(effect),
+            std::vector<std::string>{
+                ":4: 'effect[0].term' is missing: an empirical effect has one [[effect.term]] or more"});
+  EXPECT_EQ(problems(effect + "[[effect.term]]\nalong = \"load_Nm\"\ntimes = \"velocity\"\nfrom = 0\nto = "
+                              "1\nvalues = [0, 1]\n"),
+            std::vector<std::string>{
+                ":8: 'effect[0].term[0].times' is 'velocity', which no table over load_Nm takes"});
+  EXPECT_EQ(problems(effect + "[[effect.term]]\nalong = \"load_Nm\"\ntimes = \"direction\"\nfrom = 1\nto = "
+                              "1\nvalues = [0, 1]\n")
+                .size(),
+            1U);
+  EXPECT_EQ(problems(effect + "[[effect.term]]\nalong = \"load_Nm\"\ntimes = \"direction\"\nfrom = 0\nto = "
+                              "1\nvalues = 3\n")
+                .size(),
+            1U);
+}
+
+TEST_F(DriveModelFile, AServoReadsBack) {
+  DriveModel model{.name = "servo", .inertia_kg_m2 = 0.01};
+  model.servo = model::ServoLaw{.output = model::ServoLaw::Output::kVoltage,
+                                .position_gain = 4.26,
+                                .velocity_gain = 0.1,
+                                .integral_gain = 0.3,
+                                .limit = 7.4,
+                                .torque_constant_Nm_per_A = 0.366,
+                                .resistance_ohm = 2.81};
+  const DriveModel again = read(drive_model_text(model));
+  ASSERT_TRUE(again.servo);
+  EXPECT_EQ(again.servo->output, model::ServoLaw::Output::kVoltage);
+  for (const model::ServoKey& key : model::kServoKeys)
+    EXPECT_EQ((*again.servo).*(key.member), (*model.servo).*(key.member)) << key.name;
+  EXPECT_FALSE(read(kHead).servo);
+  EXPECT_EQ(
+      problems(std::string(kHead) + "[servo]\noutput = \"torque\"\nlimit = 1\nresistance_ohm = 2\n").size(),
+      1U)
+      << "a current loop has no resistance";
 }
 
 TEST_F(DriveModelFile, EveryEffectReadsBackToTheLastDigit) {

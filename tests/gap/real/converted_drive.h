@@ -33,6 +33,9 @@ ConvertedDrive screw_drive(const std::filesystem::path& folder, int drive);
 ConvertedDrive omni_wheel(const std::filesystem::path& folder, int motor);
 ConvertedDrive outrunner(const std::filesystem::path& folder);
 ConvertedDrive pendulum_servo(const std::filesystem::path& folder);
+/// The same servo by its set-points, without a torque: the model has its law. `held_out_kp`: the gain, "100",
+/// "200", "400" or "800", whose recordings are held out.
+ConvertedDrive pendulum_loop(const std::filesystem::path& folder, const std::string& held_out_kp = "200");
 
 /// All of the above; `data`: the folder that holds theirs.
 std::vector<ConvertedDrive> converted_drives(const std::filesystem::path& data);
