@@ -18,13 +18,13 @@ namespace {
 
 /// The servo's loop runs faster than it is recorded.
 constexpr double kServoStep_s = 1e-3;
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoGoal = std::numeric_limits<double>::quiet_NaN();
 constexpr double kStretch_s = 1;
 /// Of the least squares, in scales of the parameters.
-constexpr double kStep = 0.01;
-constexpr double kMaxStep = 0.3;
-constexpr int kMaxRounds = 12;
-constexpr int kMaxAttempts = 5;
+constexpr double kSlopeStep = 0.01;
+constexpr double kMaxServoStep = 0.3;
+constexpr int kMaxServoRounds = 12;
+constexpr int kMaxServoAttempts = 5;
 /// Relative change of the sum of squares that ends it.
 constexpr double kSettled = 1e-3;
 constexpr std::string_view kPrefix = "servo.";
@@ -60,7 +60,7 @@ model::ServoLaw law_of(const Source& source, const model::ServoLaw& law) {
   for (const auto& [key, text] : source.recording.comments) {
     if (!key.starts_with(kPrefix)) continue;
     const std::string name = key.substr(kPrefix.size());
-    double value = kNone;
+    double value = kNoGoal;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     const auto known = std::ranges::find(model::kServoKeys, name, &model::ServoKey::name);
     if (known == model::kServoKeys.end())
@@ -83,8 +83,8 @@ std::vector<ServoRun> servo_runs(const std::vector<Source>& sources, const model
     ServoRun run{.name = source.name,
                  .law = law_of(source, law),
                  .time_s = column_or(recording, "time_s", 0),
-                 .goal_rad = column_or(recording, "position_command_rad", kNone),
-                 .goal_rad_per_s = column_or(recording, "velocity_command_rad_per_s", kNone),
+                 .goal_rad = column_or(recording, "position_command_rad", kNoGoal),
+                 .goal_rad_per_s = column_or(recording, "velocity_command_rad_per_s", kNoGoal),
                  .position_rad = column_or(recording, "position_rad", 0),
                  .velocity_rad_per_s = {},
                  .enabled = column_or(recording, "servo_enabled", 1)};
@@ -180,7 +180,7 @@ FittedModel refined_in_closed_loop(const FittedModel& fitted, const Rows& rows,
   FittedModel current = fitted;
   Eigen::VectorXd left = errors(current);
   double damping = 1e-3;
-  for (int round = 0; round < kMaxRounds && left.allFinite(); ++round) {
+  for (int round = 0; round < kMaxServoRounds && left.allFinite(); ++round) {
     std::vector<FreeParameter> parameters = free_parameters(current, rows);
     std::erase_if(parameters, [](const FreeParameter& p) {
       return p.kind != FreeParameter::Kind::kEffect && p.kind != FreeParameter::Kind::kInertia;
@@ -188,8 +188,8 @@ FittedModel refined_in_closed_loop(const FittedModel& fitted, const Rows& rows,
     Eigen::MatrixXd jacobian(left.size(), static_cast<Eigen::Index>(parameters.size()));
     in_parallel(parameters.size(), [&](std::size_t k) {
       const FreeParameter& p = parameters[k];
-      const double up = std::min(p.value + kStep * p.scale, p.upper);
-      const double down = std::max(p.value - kStep * p.scale, p.lower);
+      const double up = std::min(p.value + kSlopeStep * p.scale, p.upper);
+      const double down = std::max(p.value - kSlopeStep * p.scale, p.lower);
       const Eigen::VectorXd change =
           errors(with_value(current, p, down)) - errors(with_value(current, p, up));
       jacobian.col(static_cast<Eigen::Index>(k)) = up > down && change.allFinite()
@@ -200,11 +200,12 @@ FittedModel refined_in_closed_loop(const FittedModel& fitted, const Rows& rows,
     const Eigen::VectorXd product = jacobian.transpose() * left;
     const double before = left.squaredNorm();
     bool improved = false;
-    for (int attempt = 0; attempt < kMaxAttempts && !improved; ++attempt) {
+    for (int attempt = 0; attempt < kMaxServoAttempts && !improved; ++attempt) {
       Eigen::MatrixXd damped = gram;
       // In units of each parameter's scale, also for those that this motion does not show.
       damped.diagonal().array() += damping * gram.diagonal().mean();
-      const Eigen::VectorXd step = damped.ldlt().solve(product).cwiseMax(-kMaxStep).cwiseMin(kMaxStep);
+      const Eigen::VectorXd step =
+          damped.ldlt().solve(product).cwiseMax(-kMaxServoStep).cwiseMin(kMaxServoStep);
       FittedModel moved = current;
       for (std::size_t k = 0; k < parameters.size(); ++k)
         moved = with_value(moved, parameters[k],

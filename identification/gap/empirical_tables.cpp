@@ -18,7 +18,7 @@ using model::EvenTable;
 using Along = model::effects::Empirical::Along;
 using Times = model::effects::Empirical::Times;
 
-constexpr double kTwoPi = 2 * std::numbers::pi;
+constexpr double kTurn_rad = 2 * std::numbers::pi;
 /// Share of the rows beyond each end of a table.
 constexpr double kBeyond = 0.005;
 /// Turns of one recording from which on a table over one turn can be distinguished from one over the stroke.
@@ -28,7 +28,7 @@ constexpr double kMaxStrokeTurns = 4;
 /// Structure after a reversal takes this share of the usual time to the next one, or all of it.
 constexpr std::array kReversalShares{1.0, 0.25, 0.06};
 
-double quantile(std::vector<double> values, double share) {
+double value_at_share(std::vector<double> values, double share) {
   if (values.empty()) return 0;
   const auto place =
       values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
@@ -63,25 +63,26 @@ std::vector<EmpiricalTable> empirical_tables(const FittedModel& fitted, const Ro
   constexpr std::array kOfPosition{Times::kOne, Times::kDirection, Times::kVelocity};
 
   const std::vector<double> velocity = of_rows([](const Signals& s) { return s.velocity_rad_per_s; });
-  const double slowest = quantile(velocity, kBeyond);
-  const double fastest = quantile(velocity, 1 - kBeyond);
+  const double slowest = value_at_share(velocity, kBeyond);
+  const double fastest = value_at_share(velocity, 1 - kBeyond);
   add(Along::kVelocity, kOne, slowest, fastest, {9, 17, 33});
 
   const std::vector<double> position = of_rows([](const Signals& s) { return s.position_rad; });
-  const double low = quantile(position, kBeyond);
-  const double high = quantile(position, 1 - kBeyond);
-  const bool turns = widest_span_rad(rows.signals()) > kTurnsToRepeat * kTwoPi;
-  if (turns) add(Along::kTurn, kOfPosition, 0, kTwoPi, {12, 24, 48});
-  if (high - low < kMaxStrokeTurns * kTwoPi) add(Along::kPosition, kOfPosition, low, high, {9, 17, 33});
+  const double low = value_at_share(position, kBeyond);
+  const double high = value_at_share(position, 1 - kBeyond);
+  const bool turns = widest_span_rad(rows.signals()) > kTurnsToRepeat * kTurn_rad;
+  if (turns) add(Along::kTurn, kOfPosition, 0, kTurn_rad, {12, 24, 48});
+  if (high - low < kMaxStrokeTurns * kTurn_rad) add(Along::kPosition, kOfPosition, low, high, {9, 17, 33});
 
   const model::effects::EffectChain chain(fitted.model.effects);
   const std::vector<double> load = of_rows([&](const Signals& s) { return loads_Nm(chain, s); });
-  const double heaviest = quantile(load, 1 - kBeyond);
-  if (heaviest - quantile(load, kBeyond) > 0.05 * heaviest) {
+  const double heaviest = value_at_share(load, 1 - kBeyond);
+  if (heaviest - value_at_share(load, kBeyond) > 0.05 * heaviest) {
     add(Along::kLoad, kDirection, 0, heaviest, {3, 7});
     add(Along::kVelocity, kLoad, slowest, fastest, {5, 9});
   }
-  const double usual = quantile(of_rows([](const Signals& s) { return s.since_reversal_s; }), 1 - kBeyond);
+  const double usual =
+      value_at_share(of_rows([](const Signals& s) { return s.since_reversal_s; }), 1 - kBeyond);
   for (const double share : kReversalShares)
     add(Along::kSinceReversal, kDirection, 0, share * usual, {6, 12});
   return list;

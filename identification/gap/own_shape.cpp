@@ -20,11 +20,11 @@ namespace {
 using Along = model::effects::Empirical::Along;
 using Times = model::effects::Empirical::Times;
 
-constexpr int kFolds = 8;
+constexpr int kShapeFolds = 8;
 /// Share of the square removed by a table that a named effect removes at least.
 constexpr double kMostOfIt = 0.75;
 /// In standard errors over blocks.
-constexpr double kSure = 2;
+constexpr double kSurelyOther = 2;
 
 struct OwnCoordinate {
   std::string_view effect;
@@ -71,7 +71,7 @@ std::vector<double> squares_with_table(std::string_view effect, const FittedMode
     bounds.resize(static_cast<std::size_t>(columns.cols()));
     std::vector<Eigen::Index> all(bounds.size());
     std::iota(all.begin(), all.end(), Eigen::Index{0});
-    const BlockRegression regression(columns, judged.training.block, kFolds);
+    const BlockRegression regression(columns, judged.training.block, kShapeFolds);
     BlockRegression::Fit fit = regression.fit(regression.target(residual), all, bounds);
     if (fit.held_out >= least_sum) continue;
     least_sum = fit.held_out;
@@ -80,7 +80,9 @@ std::vector<double> squares_with_table(std::string_view effect, const FittedMode
   return least;
 }
 
-double sum(std::span<const double> squares) { return std::accumulate(squares.begin(), squares.end(), 0.0); }
+double total_of(std::span<const double> squares) {
+  return std::accumulate(squares.begin(), squares.end(), 0.0);
+}
 
 }  // namespace
 
@@ -92,8 +94,9 @@ void drop_misshapen(SearchResult& result, const Judged& judged) {
     if (table.empty()) continue;
     const std::vector<double> bare = left_out_squares(*without, judged.rows, judged.training);
     const std::vector<double> named = left_out_squares(result.fitted, judged.rows, judged.training);
-    const bool has_its_shape = sum(bare) - sum(named) >= kMostOfIt * (sum(bare) - sum(table));
-    if (has_its_shape || decisiveness(named, table) < kSure) continue;
+    const bool has_its_shape =
+        total_of(bare) - total_of(named) >= kMostOfIt * (total_of(bare) - total_of(table));
+    if (has_its_shape || decisiveness(named, table) < kSurelyOther) continue;
     result.rejected.push_back({std::string(result.added[i].effect), result.added[i].gain,
                                "what it takes away has another shape over the same coordinate"});
     result.fitted = *without;

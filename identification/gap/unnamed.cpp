@@ -25,15 +25,15 @@ using model::effects::Empirical;
 using Along = Empirical::Along;
 using Indices = std::vector<Eigen::Index>;
 
-constexpr int kFolds = 8;
+constexpr int kTermFolds = 8;
 constexpr std::size_t kMaxTermsFound = 4;
 /// More rows do not change a table of some dozens of values.
 constexpr std::size_t kEnoughRows = 20'000;
 /// In standard errors over blocks.
-constexpr double kSure = 2;
+constexpr double kSureTerm = 2;
 /// Weight of a table's bend, and of the size of its values, relative to the mean square of its columns.
-constexpr double kStraight = 1e-3;
-constexpr double kShared = 1e-8;
+constexpr double kBendWeight = 1e-3;
+constexpr double kSizeWeight = 1e-8;
 
 /// Training rows, thinned if there are many.
 Training thinned(const Training& training) {
@@ -56,7 +56,7 @@ class Basis {
     regressions_.reserve(tables_.size());
     for (const EmpiricalTable& table : tables_) {
       columns_.push_back(columns_of(table, fitted, rows)(training.rows, Eigen::all));
-      regressions_.emplace_back(columns_.back(), training.block, kFolds);
+      regressions_.emplace_back(columns_.back(), training.block, kTermFolds);
     }
   }
   Basis(const Basis&) = delete;
@@ -94,7 +94,7 @@ class Basis {
     Indices all(static_cast<std::size_t>(count));
     std::iota(all.begin(), all.end(), Eigen::Index{0});
     const std::vector<Bounds> free(all.size());
-    const BlockRegression regression(columns, training_.block, kFolds);
+    const BlockRegression regression(columns, training_.block, kTermFolds);
     Joint result{.fit = regression.fit(regression.target(target), all, free), .predicted = {}};
     result.fit.coefficients = straightened(chosen, columns, target);
     result.predicted = columns * result.fit.coefficients;
@@ -110,7 +110,7 @@ class Basis {
     Eigen::Index at = 0;
     for (const std::size_t k : chosen) {
       const Eigen::Index count = columns_[k].cols();
-      const double weight = kStraight * gram.diagonal().segment(at, count).mean();
+      const double weight = kBendWeight * gram.diagonal().segment(at, count).mean();
       const bool repeats = tables_[k].along == Along::kTurn;
       for (Eigen::Index i = repeats ? 0 : 1; i < (repeats ? count : count - 1); ++i) {
         const std::array<Eigen::Index, 3> own{at + (i + count - 1) % count, at + i, at + (i + 1) % count};
@@ -121,7 +121,7 @@ class Basis {
       at += count;
     }
     // Tables that hold the same constant share it.
-    gram.diagonal().array() += kShared * gram.diagonal().mean();
+    gram.diagonal().array() += kSizeWeight * gram.diagonal().mean();
     return gram.ldlt().solve(columns.transpose() * target);
   }
   Indices all_of(std::size_t k) const {
@@ -136,7 +136,7 @@ class Basis {
   std::vector<BlockRegression> regressions_;
 };
 
-std::vector<double> squares_by_block(const Eigen::VectorXd& residual, const Training& training) {
+std::vector<double> block_squares(const Eigen::VectorXd& residual, const Training& training) {
   std::vector<double> squares(static_cast<std::size_t>(training.block.back()) + 1, 0);
   for (std::size_t i = 0; i < training.block.size(); ++i)
     squares[static_cast<std::size_t>(training.block[i])] +=
@@ -155,7 +155,7 @@ Chosen chosen_of(const Basis& basis, const Eigen::VectorXd& residual, const Trai
   Chosen chosen;
   const double least_square = training.least_Nm * training.least_Nm * static_cast<double>(residual.size());
   Eigen::VectorXd left = residual;
-  std::vector<double> squares = squares_by_block(residual, training);
+  std::vector<double> squares = block_squares(residual, training);
   while (chosen.tables.size() < kMaxTermsFound) {
     std::size_t best = basis.size();
     double most = 0;
@@ -171,7 +171,7 @@ Chosen chosen_of(const Basis& basis, const Eigen::VectorXd& residual, const Trai
     std::vector<std::size_t> more = chosen.tables;
     more.push_back(best);
     Basis::Joint joint = basis.joint(more, residual);
-    if (decisiveness(squares, joint.fit.held_out_of) < kSure) break;
+    if (decisiveness(squares, joint.fit.held_out_of) < kSureTerm) break;
     ChanceData chance(residual - joint.predicted, options.seed + 2);
     const double p =
         ChanceTest{.draw = [&chance] { return chance.draw(); },
@@ -223,7 +223,8 @@ std::optional<UnnamedEffect> find_unnamed(const FittedModel& delivered, const Ju
     FittedModel with = delivered;
     with.model.effects.emplace_back(effect_of(basis, chosen.tables, joint.fit.coefficients));
     const HeldOutComparison judgement = compared(delivered, with, judged);
-    if (!judgement.worse_at.empty() || judgement.decisiveness < kSure || judgement.gain < options.least_gain)
+    if (!judgement.worse_at.empty() || judgement.decisiveness < kSureTerm ||
+        judgement.gain < options.least_gain)
       continue;
     UnnamedEffect found{.effect = with.model.effects.back()};
     found.held_out_gain = judgement.gain;

@@ -2,13 +2,20 @@
 // without a name must close what they leave.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdint>
+#include <filesystem>
 #include <string>
+#include <variant>
 #include <vector>
 
+#include "analysis/explain.h"
+#include "analysis/gap_json.h"
 #include "identification/gap/gap.h"
 #include "model/effects/any_effect.h"
+#include "runtime/configuration/drive_model_file.h"
 #include "tests/gap/unnamed_drive.h"
+#include "tests/support/temporary_directory.h"
 
 namespace unnamed_structure_test {
 
@@ -65,17 +72,43 @@ INSTANTIATE_TEST_SUITE_P(Causes, UnnamedStructure,
                          testing::Values(Oddity::kSpeedWave, Oddity::kDetent, Oddity::kRelaxation,
                                          Oddity::kTwisted));
 
-TEST(UnnamedStructure, ThatIsAcceptedIsInTheModelAndInTheGap) {
-  const OddDrive drive{.oddity = Oddity::kSpeedWave, .seed = 3};
-  const Result result = analysed(drive, 8, {.accept_unnamed = true});
-  ASSERT_TRUE(result.unnamed);
-  EXPECT_TRUE(result.unnamed_accepted);
-  EXPECT_EQ(model::effects::name_of(result.model.effects.back()), "empirical");
-  EXPECT_NEAR(result.gap_after_Nm, result.unnamed->gap_after_Nm, 1e-9);
-  EXPECT_EQ(result.verdict, identification::gap::Verdict::kUnexplained) << "nothing has got a name";
+analysis::Inputs inputs_of(const OddDrive& drive, std::uint64_t seed) {
+  const auto recording = [&](bool staircase, std::uint64_t n) {
+    return gap_test::recording_of(drive, staircase, 10 * seed + n);
+  };
+  return {.model = base_of(drive),
+          .rig = "odd",
+          .data = {recording(true, 1), recording(false, 2)},
+          .held_out = {recording(true, 3), recording(false, 4)},
+          .warnings = {}};
 }
 
-TEST(UnnamedStructure, IsNotOfferedWhereNothingIsMissing) {
+bool has_unnamed(const model::effects::DriveModel& model) {
+  return std::ranges::any_of(model.effects, [](const model::effects::AnyEffect& effect) {
+    return std::holds_alternative<model::effects::Empirical>(effect);
+  });
+}
+
+TEST(UnnamedTorque, IsOfferedInAFileOfItsOwnAndInTheModelWhereItIsAccepted) {
+  const OddDrive drive{.oddity = Oddity::kSpeedWave, .seed = 3};
+  const support::TemporaryDirectory directory;
+  for (const bool accept : {false, true}) {
+    const std::filesystem::path out = directory / (accept ? "accepted" : "offered");
+    const analysis::Findings findings =
+        analysis::write_findings(inputs_of(drive, 8), {.out = out, .accept_unnamed = accept}, {});
+    const Result& result = findings.result;
+    ASSERT_TRUE(result.unnamed);
+    EXPECT_EQ(result.verdict, identification::gap::Verdict::kUnexplained) << "nothing has got a name";
+    EXPECT_EQ(std::filesystem::exists(out / "model-unnamed.toml"), !accept);
+    EXPECT_EQ(has_unnamed(runtime::read_drive_model(out / "model.toml")), accept);
+    if (!accept) EXPECT_TRUE(has_unnamed(runtime::read_drive_model(out / "model-unnamed.toml")));
+    EXPECT_NEAR(result.gap_after_Nm, accept ? result.unnamed->gap_after_Nm : result.unnamed->gap_before_Nm,
+                1e-9);
+    EXPECT_NE(analysis::gap_json(findings).find("\"physical_name\": null"), std::string::npos);
+  }
+}
+
+TEST(UnnamedTorque, IsNotOfferedWhereNothingIsMissing) {
   const Result result = analysed({.oddity = Oddity::kNone}, 9);
   EXPECT_EQ(names_of(result), "");
   EXPECT_FALSE(result.unnamed);

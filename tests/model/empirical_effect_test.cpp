@@ -81,7 +81,7 @@ TEST(EmpiricalEffect, ATableOverPositionPushesOneWayOrRubsBothWays) {
 TEST(EmpiricalEffect, LoadAndTimeSinceTheReversalScaleFriction) {
   const EffectChain by_load = chain(Empirical({term(Along::kLoad, Times::kDirection, 0, 2, {0, 0.4})}));
   EXPECT_NEAR(by_load.level_Nm(1, -1, 0, 0.5), 0.1, 1e-12);
-  const EffectChain meshing = chain(Empirical({term(Along::kVelocity, Times::kLoad, -2, 2, {-0.2, 0, 0.2})}));
+  const EffectChain meshing = chain(Empirical({term(Along::kVelocity, Times::kLoad, -2, 2, {0.2, 0, 0.2})}));
   EXPECT_NEAR(meshing.level_Nm(1, -1, 0, 0.5), 0.05, 1e-12) << "a tenth of the load at 1 rad/s";
   const EffectChain relaxes =
       chain(Empirical({term(Along::kSinceReversal, Times::kDirection, 0, 0.2, {0.03, 0.01})}));
