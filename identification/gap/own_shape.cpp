@@ -80,7 +80,7 @@ std::vector<double> squares_with_table(std::string_view effect, const FittedMode
   return least;
 }
 
-double total_of(std::span<const double> squares) {
+double sum_of_squares(std::span<const double> squares) {
   return std::accumulate(squares.begin(), squares.end(), 0.0);
 }
 
@@ -94,8 +94,8 @@ void drop_misshapen(SearchResult& result, const Judged& judged) {
     if (table.empty()) continue;
     const std::vector<double> bare = left_out_squares(*without, judged.rows, judged.training);
     const std::vector<double> named = left_out_squares(result.fitted, judged.rows, judged.training);
-    const bool has_its_shape =
-        total_of(bare) - total_of(named) >= kMostOfIt * (total_of(bare) - total_of(table));
+    const bool has_its_shape = sum_of_squares(bare) - sum_of_squares(named) >=
+                               kMostOfIt * (sum_of_squares(bare) - sum_of_squares(table));
     if (has_its_shape || decisiveness(named, table) < kSurelyOther) continue;
     result.rejected.push_back({std::string(result.added[i].effect), result.added[i].gain,
                                "what it takes away has another shape over the same coordinate"});
