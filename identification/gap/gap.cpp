@@ -23,7 +23,6 @@
 #include "identification/gap/lost_sign.h"
 #include "identification/gap/next_experiment.h"
 #include "identification/gap/noise_floor.h"
-#include "identification/gap/own_shape.h"
 #include "identification/gap/rest_channel.h"
 #include "identification/gap/rivals.h"
 #include "identification/gap/search.h"
@@ -397,9 +396,11 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
       rows,         parts.training, quiet, !held_out.empty(), result.noise_floor_Nm, band.resolution_rad,
       held_out_runs};
   progress("holding the answer against held-out data", 0.86);
-  drop_misshapen(searching, judged);
   confirm(searching, judged);
   std::vector<std::string> taken_back = deliver(searching, given, judged);
+  if (!searching.added.empty() &&
+      rms(residual(searching.fitted), quiet) > kAtTheFloor * result.noise_floor_Nm)
+    drop_misshapen(searching, judged, options);
   weigh_rivals(searching, rows, parts.training, options);
   if (!held_out_runs.empty()) {
     progress("following the set-points", 0.9);
