@@ -104,7 +104,9 @@ TEST(SlidingFit, OtherFormsAreApproximatedByTermsThatBrake) {
     const SlidingFit plain =
         fit_sliding(drive({kCoulomb, kViscous, effect}), speeds(), SlidingTerms::kCoulombViscous);
     EXPECT_GT(plain.rms_error_Nm, 1e-3);
-    EXPECT_LT(fit.rms_error_Nm, plain.rms_error_Nm / 2) << name_of(effect);
+    // A dip is narrower than levels that are all positive can be.
+    EXPECT_LT(fit.rms_error_Nm, plain.rms_error_Nm * (name_of(effect) == "midspeed_dip" ? 0.6 : 0.1))
+        << name_of(effect);
     EXPECT_TRUE(plain.bristles.empty());
     EXPECT_GE(fit.coulomb_Nm, 0);
     EXPECT_GE(fit.viscous_Nm_s_per_rad, 0);
