@@ -34,8 +34,11 @@ double gap_with_sliding_Nm(const MeasuredGap& data, const DriveModel& carried, c
     for (std::size_t i = 0; i < s.size(); ++i) {
       const double speed = std::abs(s.velocity_rad_per_s[i]);
       const double ahead = std::copysign(1.0, s.velocity_rad_per_s[i]);
-      more[i] = s.direction[i] * (sliding.level_Nm(speed) - chain.level_Nm(speed, ahead, s.running_s[i], 0)) +
-                sliding.offset_Nm;
+      more[i] =
+          s.direction[i] *
+              (sliding.level_Nm(speed) -
+               chain.level_Nm({.speed_rad_per_s = speed, .direction = ahead, .running_s = s.running_s[i]})) +
+          sliding.offset_Nm;
     }
     return more;
   });

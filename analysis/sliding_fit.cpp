@@ -23,7 +23,12 @@ using model::effects::Stribeck;
 using model::effects::ThermalDrift;
 using model::effects::Viscous;
 
-constexpr double kWarm_s = std::numeric_limits<double>::infinity();
+/// A warm joint without load.
+model::effects::Slide warm(double speed_rad_per_s, double direction) noexcept {
+  return {.speed_rad_per_s = speed_rad_per_s,
+          .direction = direction,
+          .running_s = std::numeric_limits<double>::infinity()};
+}
 /// Velocities of bristles for a curve of another form: as shares of the highest speed, each half of the next.
 constexpr int kVelocities = 7;
 /// Bristles below this share of the friction at rest are noise of the fit.
@@ -84,7 +89,7 @@ SlidingFit least_squares(const EffectChain& chain, std::span<const double> speed
   Eigen::VectorXd level(count);
   for (Eigen::Index i = 0; i < count; ++i) {
     const double v = speeds[static_cast<std::size_t>(i)];
-    level[i] = (chain.level_Nm(v, 1, kWarm_s, 0) + chain.level_Nm(v, -1, kWarm_s, 0)) / 2;
+    level[i] = (chain.level_Nm(warm(v, 1)) + chain.level_Nm(warm(v, -1))) / 2;
     for (Eigen::Index k = 0; k < polynomial; ++k) columns(i, k) = std::pow(v, static_cast<double>(k));
     for (Eigen::Index k = 0; k < bristles; ++k) {
       const double at_rest = model::friction::stribeck_share(v / velocities[static_cast<std::size_t>(k)], 2);
@@ -113,8 +118,7 @@ SlidingFit least_squares(const EffectChain& chain, std::span<const double> speed
 /// speed.
 double mean_asymmetry_Nm(const EffectChain& chain, std::span<const double> speeds) {
   double sum = 0;
-  for (const double v : speeds)
-    sum += (chain.level_Nm(v, 1, kWarm_s, 0) - chain.level_Nm(v, -1, kWarm_s, 0)) / 2;
+  for (const double v : speeds) sum += (chain.level_Nm(warm(v, 1)) - chain.level_Nm(warm(v, -1))) / 2;
   return sum / static_cast<double>(speeds.size());
 }
 
@@ -122,8 +126,7 @@ void measure_error(SlidingFit& fit, const EffectChain& chain, std::span<const do
   double squares = 0;
   for (const double v : speeds)
     for (const double direction : {1.0, -1.0}) {
-      const double error =
-          fit.level_Nm(v) + direction * fit.offset_Nm - chain.level_Nm(v, direction, kWarm_s, 0);
+      const double error = fit.level_Nm(v) + direction * fit.offset_Nm - chain.level_Nm(warm(v, direction));
       squares += error * error;
       if (std::abs(error) > std::abs(fit.worst_error_Nm)) {
         fit.worst_error_Nm = error;

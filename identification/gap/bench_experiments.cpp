@@ -101,7 +101,7 @@ class Bench {
                        if constexpr (std::is_constructible_v<Experiment, Config, More..., double>)
                          return std::make_unique<Experiment>(config, more..., period_s);
                        else
-                         return std::make_unique<Experiment>(config);
+                         return std::make_unique<Experiment>(config, more...);
                      },
                      stops});
   }

@@ -51,7 +51,8 @@ TEST(HiddenEffect, SeedsDrawSeveralKindsInDifferentSizesAndAlwaysOneEffect) {
     const model::effects::EffectChain chain(hidden.wheel_model().effects);
     for (double speed = 0; speed < 10; speed += 0.1)
       for (const double direction : {-1.0, 1.0}) {
-        EXPECT_GT(chain.level_Nm(speed, direction, 1e4, 0), 0.01) << hidden.reveal();
+        EXPECT_GT(chain.level_Nm({.speed_rad_per_s = speed, .direction = direction, .running_s = 1e4}), 0.01)
+            << hidden.reveal();
       }
   }
   EXPECT_GE(kinds.size(), 10U);

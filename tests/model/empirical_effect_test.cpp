@@ -57,36 +57,46 @@ TEST(EvenTable, RefusesWhatIsNoTable) {
   EXPECT_THROW(EvenTable::over(0, 1, {0, std::nan("")}), std::invalid_argument);
 }
 
+Slide slide(double speed_rad_per_s, double direction, double load_Nm = 0, double position_rad = 0,
+            double since_reversal_s = kLongSinceReversal_s) {
+  return {.speed_rad_per_s = speed_rad_per_s,
+          .direction = direction,
+          .position_rad = position_rad,
+          .since_reversal_s = since_reversal_s,
+          .load_Nm = load_Nm};
+}
+
 TEST(EmpiricalEffect, ATableOverVelocityIsTheTorqueAgainstThatVelocity) {
   const EffectChain effects =
       chain(Empirical({term(Along::kVelocity, Times::kOne, -4, 4, {-0.03, 0, 0.05})}));
-  EXPECT_NEAR(effects.level_Nm(2, +1, 0, 0), 0.025, 1e-12);
-  EXPECT_NEAR(effects.level_Nm(2, -1, 0, 0), 0.015, 1e-12) << "the torque is -0.015 N·m: it brakes";
-  EXPECT_NEAR(effects.level_Nm(9, -1, 0, 0), 0.03, 1e-12) << "beyond the range the last value holds";
+  EXPECT_NEAR(effects.level_Nm(slide(2, +1)), 0.025, 1e-12);
+  EXPECT_NEAR(effects.level_Nm(slide(2, -1)), 0.015, 1e-12) << "the torque is -0.015 N·m: it brakes";
+  EXPECT_NEAR(effects.level_Nm(slide(9, -1)), 0.03, 1e-12) << "beyond the range the last value holds";
   EXPECT_EQ(effects.load_Nm(1), 0);
 }
 
 TEST(EmpiricalEffect, ATableOverPositionPushesOneWayOrRubsBothWays) {
   const EffectChain pushes = chain(Empirical({term(Along::kPosition, Times::kOne, 0, 1, {0, 0.02})}));
   EXPECT_NEAR(pushes.load_Nm(0.5), 0.01, 1e-12);
-  EXPECT_EQ(pushes.level_Nm(1, -1, 0, 0, 0.5), 0);
+  EXPECT_EQ(pushes.level_Nm(slide(1, -1, 0, 0.5)), 0);
   const EffectChain rubs = chain(Empirical({term(Along::kPosition, Times::kDirection, 0, 1, {0, 0.02})}));
   EXPECT_EQ(rubs.load_Nm(0.5), 0);
-  for (const double direction : {-1.0, 1.0}) EXPECT_NEAR(rubs.level_Nm(3, direction, 0, 0, 0.5), 0.01, 1e-12);
+  for (const double direction : {-1.0, 1.0})
+    EXPECT_NEAR(rubs.level_Nm(slide(3, direction, 0, 0.5)), 0.01, 1e-12);
   const EffectChain drags = chain(Empirical({term(Along::kPosition, Times::kVelocity, 0, 1, {0, 0.02})}));
   for (const double direction : {-1.0, 1.0})
-    EXPECT_NEAR(drags.level_Nm(3, direction, 0, 0, 0.5), 0.03, 1e-12);
+    EXPECT_NEAR(drags.level_Nm(slide(3, direction, 0, 0.5)), 0.03, 1e-12);
 }
 
 TEST(EmpiricalEffect, LoadAndTimeSinceTheReversalScaleFriction) {
   const EffectChain by_load = chain(Empirical({term(Along::kLoad, Times::kDirection, 0, 2, {0, 0.4})}));
-  EXPECT_NEAR(by_load.level_Nm(1, -1, 0, 0.5), 0.1, 1e-12);
+  EXPECT_NEAR(by_load.level_Nm(slide(1, -1, 0.5)), 0.1, 1e-12);
   const EffectChain meshing = chain(Empirical({term(Along::kVelocity, Times::kLoad, -2, 2, {0.2, 0, 0.2})}));
-  EXPECT_NEAR(meshing.level_Nm(1, -1, 0, 0.5), 0.05, 1e-12) << "a tenth of the load at 1 rad/s";
+  EXPECT_NEAR(meshing.level_Nm(slide(1, -1, 0.5)), 0.05, 1e-12) << "a tenth of the load at 1 rad/s";
   const EffectChain relaxes =
       chain(Empirical({term(Along::kSinceReversal, Times::kDirection, 0, 0.2, {0.03, 0.01})}));
-  EXPECT_NEAR(relaxes.level_Nm(1, 1, 0, 0, 0, 0.1), 0.02, 1e-12);
-  EXPECT_NEAR(relaxes.level_Nm(1, 1, 0, 0), 0.01, 1e-12) << "long after";
+  EXPECT_NEAR(relaxes.level_Nm(slide(1, 1, 0, 0, 0.1)), 0.02, 1e-12);
+  EXPECT_NEAR(relaxes.level_Nm(slide(1, 1)), 0.01, 1e-12) << "long after";
 }
 
 TEST(EmpiricalEffect, RefusesWhatIsNoTerm) {
@@ -151,7 +161,7 @@ TEST(EmpiricalEffect, ACompensatorTakesItsPositionTorqueAndItsLeastFriction) {
   for (double position = 0; position < 2 * kPi; position += 0.1)
     for (const double velocity : {-3.0, -0.5, 0.5, 3.0})
       EXPECT_LE(resistance.sliding.level_Nm(velocity),
-                effects.level_Nm(std::abs(velocity), velocity < 0 ? -1 : 1, 0, 0, position) + 1e-6);
+                effects.level_Nm(slide(std::abs(velocity), velocity < 0 ? -1 : 1, 0, position)) + 1e-6);
 }
 
 TEST(EmpiricalEffect, ActingNeitherAllocatesNorLocks) {
