@@ -119,21 +119,6 @@ LoadSide load_side_behind_encoder(const model::effects::DriveModel& model,
                     at_positions(s, [&](double x) { return chain.load_Nm(x); })});
 }
 
-std::vector<double> bristle_deflection_rad(const model::effects::DriveModel& model, const Signals& s) {
-  const model::effects::EffectChain chain(model.effects);
-  return friction(chain, model, s, at_positions(s, [&](double x) { return chain.load_Nm(x); }))
-      .deflection_rad;
-}
-
-std::vector<model::friction::State> law_states(const model::effects::DriveModel& model, const Signals& s,
-                                               std::size_t sample) {
-  const model::effects::EffectChain chain(model.effects);
-  std::vector<model::friction::State> states(chain.law_count());
-  for (std::size_t i = 0; i < sample && !states.empty(); ++i)
-    (void)chain.laws_Nm(states, {s.velocity_rad_per_s[i], 0}, s.period_s);
-  return states;
-}
-
 std::vector<double> torque_behind_encoder_Nm(const model::effects::DriveModel& model,
                                              const model::effects::EffectChain& chain, const Signals& s,
                                              const LoadSide* known) {
@@ -173,6 +158,17 @@ std::vector<double> bristle_deflection_rad(const model::effects::DriveModel& mod
         .deflection_rad;
   };
   return chain.acts_on_encoder() ? of(behind_encoder(chain, s)) : of(s);
+}
+
+std::vector<model::friction::State> law_states(const model::effects::DriveModel& model, const Signals& s,
+                                               std::size_t sample) {
+  const model::effects::EffectChain chain(model.effects);
+  std::vector<model::friction::State> states(chain.law_count());
+  if (states.empty()) return states;
+  const Signals& motor = chain.acts_on_encoder() ? behind_encoder(chain, s) : s;
+  for (std::size_t i = 0; i < sample; ++i)
+    (void)chain.laws_Nm(states, {motor.velocity_rad_per_s[i], 0}, motor.period_s);
+  return states;
 }
 
 std::vector<double> predicted_torque_Nm(const model::effects::DriveModel& model, const Signals& s,
