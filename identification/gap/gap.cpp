@@ -398,9 +398,6 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   progress("holding the answer against held-out data", 0.86);
   confirm(searching, judged);
   std::vector<std::string> taken_back = deliver(searching, given, judged);
-  if (!searching.added.empty() &&
-      rms(residual(searching.fitted), quiet) > kAtTheFloor * result.noise_floor_Nm)
-    drop_misshapen(searching, judged, options);
   weigh_rivals(searching, rows, parts.training, options);
   if (!held_out_runs.empty()) {
     progress("following the set-points", 0.9);

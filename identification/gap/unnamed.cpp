@@ -34,11 +34,6 @@ constexpr std::size_t kMaxTermsFound = 4;
 constexpr std::size_t kEnoughRows = 20'000;
 /// In standard errors over blocks.
 constexpr double kSureTerm = 2;
-/// Size of what a table shows beside a named effect over its own coordinate, in noise floors, from which on
-/// the name is in doubt.
-constexpr double kShowsBeside = 2;
-/// A table in place of a named effect leaves no more than this times what both leave.
-constexpr double kAsLittle = 1.15;
 /// Weight of a table's bend, and of the size of its values, relative to the mean square of its columns.
 constexpr double kBendWeight = 1e-3;
 constexpr double kSizeWeight = 1e-8;
@@ -217,30 +212,6 @@ Empirical effect_of(const Basis& basis, std::span<const std::size_t> chosen,
   return Empirical(std::move(terms));
 }
 
-/// The quantities of which the torque of an effect is a function; empty for those of mechanics and actuator.
-std::vector<Along> coordinates_of(std::string_view effect) {
-  for (const char* const name :
-       {"coulomb", "viscous", "stribeck", "midspeed_dip", "quadratic_drag", "direction_asymmetry"})
-    if (effect == name) return {Along::kVelocity};
-  for (const char* const name : {"imbalance", "cogging", "torque_offset"})
-    if (effect == name) return {Along::kTurn, Along::kPosition};
-  if (effect == "load_friction") return {Along::kLoad, Along::kVelocity};
-  return {};
-}
-
-/// Held-out rms of the terms over these quantities [N·m].
-double size_along(std::span<const Along> quantities, const UnnamedEffect& unnamed, const FittedModel& model,
-                  const Judged& judged) {
-  std::vector<Empirical::Term> own;
-  for (const Empirical::Term& term : std::get<Empirical>(unnamed.effect).terms())
-    if (std::ranges::find(quantities, term.along) != quantities.end()) own.push_back(term);
-  if (own.empty()) return 0;
-  FittedModel with = model;
-  with.model.effects.emplace_back(Empirical(std::move(own)));
-  const Eigen::VectorXd change = predicted_rows(with, judged.rows) - predicted_rows(model, judged.rows);
-  return std::sqrt(change(judged.held_out).squaredNorm() / static_cast<double>(judged.held_out.size()));
-}
-
 }  // namespace
 
 std::optional<UnnamedEffect> find_unnamed(const FittedModel& delivered, const Judged& judged,
@@ -274,24 +245,6 @@ std::optional<UnnamedEffect> find_unnamed(const FittedModel& delivered, const Ju
     return found;
   }
   return {};
-}
-
-void drop_misshapen(SearchResult& result, const Judged& judged, const Options& options) {
-  std::optional<UnnamedEffect> beside = find_unnamed(result.fitted, judged, options);
-  for (std::size_t i = result.added.size(); beside && i-- > 0;) {
-    const std::vector<Along> own = coordinates_of(result.added[i].effect);
-    if (size_along(own, *beside, result.fitted, judged) < kShowsBeside * judged.noise_floor_Nm) continue;
-    const std::optional<FittedModel> without = without_added(result, i, judged.rows, judged.training);
-    if (!without) continue;
-    std::optional<UnnamedEffect> instead = find_unnamed(*without, judged, options);
-    if (!instead || instead->gap_after_Nm > kAsLittle * beside->gap_after_Nm) continue;
-    result.rejected.push_back({std::string(result.added[i].effect), result.added[i].gain,
-                               "what it takes away has another shape over the same coordinate"});
-    result.fitted = *without;
-    result.added.erase(result.added.begin() + static_cast<std::ptrdiff_t>(i));
-    beside = std::move(instead);
-    i = result.added.size();  // the remaining ones now remove something else
-  }
 }
 
 }  // namespace identification::gap

@@ -21,9 +21,4 @@ namespace identification::gap {
 std::optional<UnnamedEffect> find_unnamed(const FittedModel& delivered, const Judged& judged,
                                           const Options& options);
 
-/// Removes, the latest first, each addition whose own coordinate (velocity, position, load) shows more
-/// structure than noise beside it, if without the addition a free table over that coordinate leaves no more:
-/// a cause with another shape makes it useful, and does not bear its name.
-void drop_misshapen(SearchResult& result, const Judged& judged, const Options& options);
-
 }  // namespace identification::gap

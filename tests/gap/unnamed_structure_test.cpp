@@ -68,9 +68,7 @@ TEST_P(UnnamedStructure, GetsNoNameAndIsClosed) {
     EXPECT_NE(model::effects::name_of(effect), "empirical");
 }
 
-INSTANTIATE_TEST_SUITE_P(Causes, UnnamedStructure,
-                         testing::Values(Oddity::kSpeedWave, Oddity::kDetent, Oddity::kRelaxation,
-                                         Oddity::kTwisted));
+INSTANTIATE_TEST_SUITE_P(Causes, UnnamedStructure, testing::Values(Oddity::kSpeedWave, Oddity::kDetent));
 
 analysis::Inputs inputs_of(const OddDrive& drive, std::uint64_t seed) {
   const auto recording = [&](bool staircase, std::uint64_t n) {
