@@ -15,12 +15,12 @@ namespace identification::gap {
 struct ServoRun {
   std::string name;
   model::ServoLaw law;  ///< with what the recording says of its own
-  std::vector<double> time_s;
-  std::vector<double> goal_rad;            ///< NaN without one
-  std::vector<double> goal_rad_per_s;      ///< likewise
-  std::vector<double> position_rad;        ///< measured
-  std::vector<double> velocity_rad_per_s;  ///< its derivative
-  std::vector<double> enabled;             ///< 0 where the servo makes no torque
+  std::vector<double> time_s{};
+  std::vector<double> goal_rad{};            ///< NaN without one
+  std::vector<double> goal_rad_per_s{};      ///< likewise
+  std::vector<double> position_rad{};        ///< measured
+  std::vector<double> velocity_rad_per_s{};  ///< its derivative
+  std::vector<double> enabled{};             ///< 0 where the servo makes no torque
 };
 
 /// The law of a recording: that of the model with the values of its comment lines `# servo.KEY: number`, the

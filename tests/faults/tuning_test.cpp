@@ -17,7 +17,7 @@ constexpr std::uint64_t kCommander = 1;
 constexpr std::uint64_t kAnother = 2;
 
 Reply ask(World& world, const std::string& request, std::uint64_t client = kCommander) {
-  return world.ask(client, request).value_or(Reply{.error = "no answer"});
+  return world.ask(client, request).value_or(Reply{.error = "no answer", .status = {}});
 }
 
 /// The commander stays alive until the run is in this phase.

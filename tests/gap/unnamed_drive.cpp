@@ -10,10 +10,9 @@
 namespace gap_test {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kSample_s = 1e-3;
+constexpr double kOddSample_s = 1e-3;
 constexpr int kSubsteps = 20;
-constexpr double kStep_s = kSample_s / kSubsteps;
+constexpr double kOddStep_s = kOddSample_s / kSubsteps;
 constexpr double kTicks = 104000;
 constexpr double kTop_rad_per_s = 8;
 
@@ -31,7 +30,7 @@ struct Extra {
 
 Extra extra(const OddDrive& drive, const Shape& shape, double position, double speed, double since_s) {
   const double a = drive.amount_Nm;
-  const auto wave = [&] { return a * std::sin(2 * kPi * speed / shape.speed_rad_per_s); };
+  const auto wave = [&] { return a * std::sin(2 * std::numbers::pi * speed / shape.speed_rad_per_s); };
   const auto relaxation = [&] { return 1.5 * a * std::exp(-since_s / shape.time_s); };
   const double around = std::cos(position - shape.phase_rad);
   switch (drive.oddity) {
@@ -39,7 +38,7 @@ Extra extra(const OddDrive& drive, const Shape& shape, double position, double s
     case Oddity::kSpeedWave: return {wave(), 0};
     case Oddity::kSpeedStep: return {speed > shape.speed_rad_per_s ? 2 * a : 0, 0};
     case Oddity::kDetent: {
-      const double off = std::remainder(position - shape.phase_rad, 2 * kPi) / 0.25;
+      const double off = std::remainder(position - shape.phase_rad, 2 * std::numbers::pi) / 0.25;
       return {0, 6 * a * off * std::exp(-off * off)};
     }
     case Oddity::kRelaxation: return {relaxation(), 0};
@@ -65,21 +64,22 @@ identification::gap::Source recording_of(const OddDrive& drive, bool staircase, 
                                          double duration_s) {
   std::mt19937_64 of_shape(drive.seed);
   std::uniform_real_distribution<double> share(0, 1);
-  const Shape shape{2 + 2 * share(of_shape), 2 * kPi * share(of_shape), 0.1 + 0.2 * share(of_shape)};
+  const Shape shape{2 + 2 * share(of_shape), 2 * std::numbers::pi * share(of_shape),
+                    0.1 + 0.2 * share(of_shape)};
 
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   std::vector<double> steps;
   for (int i = 0; i < 200; ++i) steps.push_back(kTop_rad_per_s * (2 * share(random) - 1));
   std::vector<double> phases;
-  for (int i = 0; i < 12; ++i) phases.push_back(2 * kPi * share(random));
+  for (int i = 0; i < 12; ++i) phases.push_back(2 * std::numbers::pi * share(random));
   const double length_s = 0.8 + 0.4 * share(random);
   const auto wanted = [&](double t) {
     if (staircase) return steps[static_cast<std::size_t>(t / length_s)];
     double v = 0;
     for (std::size_t n = 0; n < phases.size(); ++n)
       v += 0.25 * kTop_rad_per_s / (1 + 0.1 * static_cast<double>(n)) *
-           std::sin(2 * kPi * (0.05 + 0.11 * static_cast<double>(n)) * t + phases[n]);
+           std::sin(2 * std::numbers::pi * (0.05 + 0.11 * static_cast<double>(n)) * t + phases[n]);
     return v;
   };
 
@@ -93,27 +93,28 @@ identification::gap::Source recording_of(const OddDrive& drive, bool staircase, 
   double since_s = 0;
   double integral_Nm = 0;
   double delivered_Nm = 0;
-  for (int k = 0; k * kSample_s < duration_s; ++k) {
-    const double now_s = k * kSample_s;
+  for (int k = 0; k * kOddSample_s < duration_s; ++k) {
+    const double now_s = k * kOddSample_s;
     const double error = wanted(now_s) - velocity;
-    integral_Nm = std::clamp(integral_Nm + 1.0 * error * kSample_s, -0.3, 0.3);
+    integral_Nm = std::clamp(integral_Nm + 1.0 * error * kOddSample_s, -0.3, 0.3);
     const double command = std::clamp(0.25 * error + integral_Nm, -1.0, 1.0);
-    const std::array<double, 4> row{now_s, command, delivered_Nm + drive.noise_Nm * normal(random),
-                                    std::floor(position * kTicks / (2 * kPi)) * 2 * kPi / kTicks};
+    const std::array<double, 4> row{
+        now_s, command, delivered_Nm + drive.noise_Nm * normal(random),
+        std::floor(position * kTicks / (2 * std::numbers::pi)) * 2 * std::numbers::pi / kTicks};
     for (std::size_t c = 0; c < row.size(); ++c) source.recording.columns[c].values.push_back(row[c]);
     for (int i = 0; i < kSubsteps; ++i) {
       const double speed = std::abs(velocity);
       const Extra more = extra(drive, shape, position, speed, since_s);
       const double friction_Nm =
           std::max(drive.coulomb_Nm + drive.viscous_Nm_s_per_rad * speed + more.level_Nm, 1e-3);
-      const double free = velocity + kStep_s *
+      const double free = velocity + kOddStep_s *
                                          (command - more.torque_Nm - drive.weight_Nm * std::sin(position)) /
                                          drive.inertia_kg_m2;
-      const double stops = kStep_s * friction_Nm / drive.inertia_kg_m2;  // as much as friction can take
+      const double stops = kOddStep_s * friction_Nm / drive.inertia_kg_m2;  // as much as friction can take
       const double after = std::copysign(std::max(std::abs(free) - stops, 0.0), free);
-      since_s = after * velocity <= 0 ? 0 : since_s + kStep_s;
+      since_s = after * velocity <= 0 ? 0 : since_s + kOddStep_s;
       velocity = after;
-      position += kStep_s * velocity;
+      position += kOddStep_s * velocity;
     }
     delivered_Nm = command;
   }

@@ -99,7 +99,9 @@ TEST(UnnamedTorque, IsOfferedInAFileOfItsOwnAndInTheModelWhereItIsAccepted) {
     EXPECT_EQ(result.verdict, identification::gap::Verdict::kUnexplained) << "nothing has got a name";
     EXPECT_EQ(std::filesystem::exists(out / "model-unnamed.toml"), !accept);
     EXPECT_EQ(has_unnamed(runtime::read_drive_model(out / "model.toml")), accept);
-    if (!accept) EXPECT_TRUE(has_unnamed(runtime::read_drive_model(out / "model-unnamed.toml")));
+    if (!accept) {
+      EXPECT_TRUE(has_unnamed(runtime::read_drive_model(out / "model-unnamed.toml")));
+    }
     EXPECT_NEAR(result.gap_after_Nm, accept ? result.unnamed->gap_after_Nm : result.unnamed->gap_before_Nm,
                 1e-9);
     EXPECT_NE(analysis::gap_json(findings).find("\"physical_name\": null"), std::string::npos);
