@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "analysis/gap_plots.h"
-#include "identification/gap/search.h"
 #include "runtime/configuration/quantity.h"
 #include "runtime/program/wording.h"
 
@@ -34,9 +33,9 @@ void add_diagnosis(report::Page& page, const Findings& findings) {
 
 /// "cogging 7.01 times a turn": its harmonics are separate steps.
 std::string name_in_steps(const FoundEffect& found) {
-  if (!identification::gap::is_ripple(model::effects::name_of(found.effect))) return name_with_rivals(found);
-  return name_with_rivals(found) + " " +
-         number_text(model::effects::parameter_of(found.effect, "periods_per_rev"), "times a turn");
+  const auto* const ripple = std::get_if<model::effects::Cogging>(&found.effect);
+  if (ripple == nullptr) return name_with_rivals(found);
+  return name_with_rivals(found) + " " + number_text(ripple->parameters().periods_per_rev, "times a turn");
 }
 
 void add_summary(report::Page& page, const Findings& findings) {

@@ -4,13 +4,10 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <string_view>
 
 #include "identification/fit/statistics.h"
-#include "identification/gap/fitted_model.h"
-#include "identification/gap/grid.h"
 #include "identification/gap/prediction.h"
 #include "identification/gap/sign_test.h"
 #include "identification/gap/speed_channel.h"
@@ -29,16 +26,12 @@ constexpr double kPiece_s = 1.0;
 constexpr std::size_t kMaxPieces = 80;
 /// Time after which a piece's delay line and lag have settled.
 constexpr double kSettle_s = 0.1;
-constexpr int kActuatorEffects = 5;  // one for each of the effects
 
-constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 /// Hypothesis of one simple actuator: the command through the effects, through a lag, plus a constant.
 struct Actuator {
   double threshold_Nm = 0;
-  double limit_Nm = kNoLimit;
   double delay_s = 0;
-  double slow_s = 0;  ///< time constant of a torque lag
-  double lag_s = 0;   ///< of sensor and current loop, which is not an effect
+  double lag_s = 0;
   double offset_Nm = 0;
 };
 
@@ -56,24 +49,13 @@ std::vector<double> delivered(const Signals& s, const model::effects::DriveModel
   if (actuator.delay_s > 0)
     effects.push_back(model::effects::make_effect(
         "transport_delay", {{"delay_s", std::min(actuator.delay_s, model::effects::DelayLine::kLongest_s)}}));
-  if (actuator.limit_Nm < kNoLimit)
-    effects.push_back(model::effects::make_effect("torque_saturation", {{"limit_Nm", actuator.limit_Nm}}));
   model::effects::EffectChain chain(effects);
   std::vector<double> result;
   result.reserve(s.raw_command_Nm.size());
   double state = s.raw_command_Nm.empty() ? 0 : s.raw_command_Nm.front();
-  // A slow torque has not settled when the piece begins.
-  std::optional<model::effects::TorqueLag> slow;
-  model::effects::ActuatorMemory memory;
-  if (actuator.slow_s > 0 && !s.raw_measured_Nm.empty()) {
-    slow.emplace(model::effects::TorqueLagParameters{actuator.slow_s});
-    state = memory.lagged_Nm = s.raw_measured_Nm.front() - actuator.offset_Nm;
-  }
   const double follow = actuator.lag_s > 0 ? -std::expm1(-s.raw_period_s / actuator.lag_s) : 1;
   for (const double command : s.raw_command_Nm) {
-    double torque_Nm = chain.deliver(command, s.raw_period_s);
-    if (slow) torque_Nm = slow->deliver(memory, torque_Nm, s.raw_period_s);
-    state += follow * (torque_Nm - state);
+    state += follow * (chain.deliver(command, s.raw_period_s) - state);
     result.push_back(state + actuator.offset_Nm);
   }
   return result;
@@ -221,14 +203,14 @@ ActuatorFindings actuator_channel(std::span<const Signals> all, const model::eff
 
   Actuator actuator;
   const auto fit_lag = [&](Actuator a) {
-    a.lag_s = least(linear(0, std::max(kLongestLag_s, period_s), 12), [&](double lag) {
+    a.lag_s = least(linear(0, 10 * std::max(period_s, 1e-3), 12), [&](double lag) {
       Actuator b = a;
       b.lag_s = lag;
       return cost(b);
     });
-    Actuator without = a;
-    without.lag_s = 0;
-    return cost(a) < 1.001 * cost(without) ? a : without;
+    if (cost(a) < 1.001 * cost(Actuator{a.threshold_Nm, a.delay_s, 0, a.offset_Nm})) return a;
+    a.lag_s = 0;
+    return a;
   };
   actuator = fit_lag(actuator);
   bool delayed = false;
@@ -241,19 +223,7 @@ ActuatorFindings actuator_channel(std::span<const Signals> all, const model::eff
   // Also not if a few rows are longer than any delay in the search range.
   const bool has_delay = base.find<model::effects::TransportDelay>() != nullptr ||
                          kMinPeriods * period_s >= model::effects::DelayLine::kLongest_s;
-  const bool has_lag = base.find<model::effects::TorqueLag>() != nullptr || period_s >= kLongestTorqueLag_s;
-  // A sensor at the end of its range looks the same.
-  const bool has_limit = base.find<model::effects::TorqueSaturation>() != nullptr ||
-                         std::ranges::any_of(all, &Signals::sensor_saturates);
-  const double middle_Nm = std::max(middle_command_Nm(signals), 0.01 * largest);
-  const auto fit_limit = [&](const std::vector<Signals>& part, const Actuator& a) {
-    return least(linear(middle_Nm, largest, 30), [&](double x) {
-      Actuator b = a;
-      b.limit_Nm = x;
-      return sum(misfit(part, base, b));
-    });
-  };
-  for (int round = 0; round < kActuatorEffects; ++round) {
+  for (int round = 0; round < 3; ++round) {
     const std::vector<double> now = misfit(signals, base, actuator);
     struct Try {
       const char* name;
@@ -289,21 +259,6 @@ ActuatorFindings actuator_channel(std::span<const Signals> all, const model::eff
       });
       a.lag_s = 0;
       if (a.delay_s >= kMinPeriods * period_s) consider("transport_delay", fit_lag(a));
-    }
-    if (!has_lag && actuator.slow_s == 0) {
-      Actuator a = actuator;
-      a.lag_s = 0;
-      a.slow_s = least(geometric(std::max(kLongestLag_s, period_s), kLongestTorqueLag_s, 20), [&](double x) {
-        Actuator b = a;
-        b.slow_s = x;
-        return cost(b);
-      });
-      consider("torque_lag", a);
-    }
-    if (!has_limit && actuator.limit_Nm == kNoLimit && middle_Nm < largest) {
-      Actuator a = actuator;
-      a.limit_Nm = fit_limit(signals, a);
-      consider("torque_saturation", a);
     }
     if (actuator.offset_Nm == 0) {
       double mean = 0;
@@ -355,26 +310,6 @@ ActuatorFindings actuator_channel(std::span<const Signals> all, const model::eff
       });
       found.parameters = {estimate("delay_s", delay_s, std::max(half, 0.5 * period_s))};
       found.parameters.front().upper += period_s;
-    } else if (best->name == std::string_view("torque_lag")) {
-      found.effect = model::effects::make_effect("torque_lag", {{"time_constant_s", chosen.slow_s}});
-      found.where = {.coordinate = "frequency_Hz",
-                     .from = 0.5 / (std::numbers::pi * chosen.slow_s),
-                     .to = std::max(0.5 / period_s, 0.5 / (std::numbers::pi * chosen.slow_s))};
-      const double half = half_width(signals, [&](const std::vector<Signals>& part) {
-        return least(geometric(0.5 * chosen.slow_s, 2 * chosen.slow_s, 11), [&](double x) {
-          Actuator b = chosen;
-          b.slow_s = x;
-          return sum(misfit(part, base, b));
-        });
-      });
-      // What the sensor and the current loop add is not known.
-      found.parameters = {estimate("time_constant_s", chosen.slow_s, std::max(half, 0.5 * period_s))};
-    } else if (best->name == std::string_view("torque_saturation")) {
-      found.effect = model::effects::make_effect("torque_saturation", {{"limit_Nm", chosen.limit_Nm}});
-      found.where = {.coordinate = "torque_command_Nm", .from = chosen.limit_Nm, .to = largest};
-      const double half =
-          half_width(signals, [&](const std::vector<Signals>& part) { return fit_limit(part, chosen); });
-      found.parameters = {estimate("limit_Nm", chosen.limit_Nm, std::max(half, 0.002 * chosen.limit_Nm))};
     } else {
       found.effect = model::effects::make_effect("torque_offset", {{"torque_Nm", -chosen.offset_Nm}});
       found.where = {.coordinate = "torque_command_Nm", .from = -largest, .to = largest};

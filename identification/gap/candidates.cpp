@@ -9,8 +9,6 @@
 #include <unsupported/Eigen/FFT>
 #include <utility>
 
-#include "identification/gap/grid.h"
-#include "identification/gap/load_side.h"
 #include "identification/gap/parallel.h"
 #include "model/effects/effect_chain.h"
 
@@ -39,6 +37,13 @@ auto friction_column(const Level& level) {
   };
 }
 
+std::vector<double> geometric(double from, double to, int count) {
+  std::vector<double> values;
+  for (int i = 0; i < count; ++i)
+    values.push_back(from * std::pow(to / from, count > 1 ? static_cast<double>(i) / (count - 1) : 0));
+  return values;
+}
+
 FittedModel plus(const FittedModel& fitted, std::string_view effect, std::vector<NamedValue> values) {
   // A fit may end marginally outside the bounds of an effect.
   for (NamedValue& value : values)
@@ -55,12 +60,6 @@ bool allowed(std::string_view effect, std::string_view name, double value) {
       model::effects::effect_description(effect).parameters, [&](const auto& parameter) {
         return parameter.name == name && parameter.lower <= value && value <= parameter.upper;
       });
-}
-
-/// With what an inertia effect adds.
-double inertia_of(const FittedModel& fitted) {
-  const model::effects::EffectChain chain(fitted.model.effects);
-  return chain.arranged({.inertia_kg_m2 = fitted.model.inertia_kg_m2}).inertia_kg_m2;
 }
 
 double coulomb_Nm(const FittedModel& fitted) {
@@ -113,7 +112,6 @@ class Builder {
   void direction();
   void drift();
   void position();
-  void gear();
   void mechanics();
   void actuator();
   void custom();
@@ -140,8 +138,6 @@ class Builder {
 constexpr Bounds kNotNegative{.lower = 0};
 /// For shapes without their own amplitude.
 constexpr Bounds kAsItIs{.lower = 0.7, .upper = 1.3};
-/// Of inertia and friction behind a gear.
-constexpr std::array kTrialGearShares{0.0, 0.5, 1.0};
 /// Share of inertia and friction behind a gap or spring.
 constexpr Bounds kPossibleShare{.lower = 0.01, .upper = 0.95};
 constexpr double kTrialShare = 0.3;
@@ -167,7 +163,7 @@ void Builder::friction() {
   if (!has<model::effects::QuadraticDrag>())
     add({"quadratic_drag",
          {column(friction_column([](double v) { return v * v; }))},
-         {kNotNegative},
+         {Bounds{}},
          [](const FittedModel& f, const Eigen::VectorXd& a) {
            return plus(f, "quadratic_drag", {{"coefficient_Nm_s2_per_rad2", a[0]}});
          }});
@@ -282,40 +278,17 @@ void Builder::position() {
                {{"torque_Nm", std::hypot(a[0], a[1])}, {"rest_position_rad", std::atan2(-a[1], a[0])}});
          }});
   }
-}
-
-/// A share of the torque that the gear transmits, while the motor drives and while it is driven.
-void Builder::gear() {
-  if (has<model::effects::LoadFriction>()) return;
-  const bool loaded = has<model::effects::Imbalance>();
-  const double inertia = inertia_of(fitted_);
-  for (const double load_share : kTrialGearShares) {
-    if (load_share == 0 && !loaded) continue;  // nothing to transmit
-    const auto transmitted = [=, this](bool drives) {
-      return column([=, this](const Signals& s) {
-        const model::effects::EffectChain chain(fitted_.model.effects);
-        return each(s, [&](std::size_t i) {
-          const double load_Nm = chain.load_Nm(s.position_rad[i]);
-          const model::effects::Slide slide = slide_at(s, i, load_Nm, inertia);
-          const auto part = [&](double direction) {
-            const double own_Nm = chain.level_Nm(towards(slide, direction)) + direction * slide.inertial_Nm;
-            const double transmitted_Nm = direction * load_Nm + load_share * own_Nm;
-            return std::max(drives ? transmitted_Nm : -transmitted_Nm, 0.0);
-          };
-          const double forward = 0.5 + 0.5 * s.direction[i];
-          return forward * part(+1) - (1 - forward) * part(-1);
-        });
-      });
-    };
+  const auto* imbalance = fitted_.model.find<model::effects::Imbalance>();
+  if (imbalance && !has<model::effects::LoadFriction>()) {
+    const model::effects::Imbalance load = *imbalance;
     add({"load_friction",
-         {transmitted(true), transmitted(false)},
-         {Bounds{0, 2}, Bounds{0, 2}},
-         [load_share](const FittedModel& f, const Eigen::VectorXd& a) {
-           const double share = std::max(a[0], a[1] / model::effects::LoadFriction::kMaxRatio);
-           return plus(f, "load_friction",
-                       {{"share", share},
-                        {"backdriving_ratio", share > 0 ? a[1] / share : 1},
-                        {"load_share", load_share}});
+         {column([=](const Signals& s) {
+           return each(
+               s, [&](std::size_t i) { return s.direction[i] * std::abs(load.load_Nm(s.position_rad[i])); });
+         })},
+         {Bounds{0, 2}},
+         [](const FittedModel& f, const Eigen::VectorXd& a) {
+           return plus(f, "load_friction", {{"share", a[0]}});
          }});
   }
 }
@@ -409,7 +382,7 @@ void Builder::actuator() {
          {kAsItIs},
          [=](const FittedModel& f, const Eigen::VectorXd&) {
            FittedModel as_commanded = f;
-           if (is_late(effect)) as_commanded.lag_s = as_commanded.smoothing_s2 = 0;
+           if (effect == "transport_delay") as_commanded.lag_s = as_commanded.smoothing_s2 = 0;
            return plus(as_commanded, effect, {{parameter, value}});
          }});
   };
@@ -419,14 +392,6 @@ void Builder::actuator() {
   if (!has<model::effects::TransportDelay>() && shortest_s < 0.5 * model::effects::DelayLine::kLongest_s)
     for (const double delay : geometric(shortest_s, std::min(0.4, 60 * shortest_s), 12))
       by_value("transport_delay", "delay_s", delay);
-  if (!has<model::effects::TorqueLag>() && shortest_s < kLongestTorqueLag_s)
-    for (const double lag : geometric(std::max(kLongestLag_s, shortest_s), kLongestTorqueLag_s, 12))
-      by_value("torque_lag", "time_constant_s", lag);
-  const double largest_Nm = largest_command_Nm(rows_.signals());
-  if (!has<model::effects::TorqueSaturation>() && largest_Nm > 0)
-    for (const double share : {0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9})
-      if (share * largest_Nm > middle_command_Nm(rows_.signals()))
-        by_value("torque_saturation", "limit_Nm", share * largest_Nm);
 }
 
 /// Adds the program's own effects that the model does not have.
@@ -469,10 +434,7 @@ void Builder::custom() {
 
 constexpr std::size_t kRippleBins = 1 << 16;
 constexpr double kMaxPeriods = 400;
-/// Once per turn of the joint, or of something faster.
-constexpr double kMinTurnPeriods = 0.7;
-constexpr double kTurns_rad = 1.5 * kTwoPi;  // less is a stroke
-constexpr double kMinTurns = 2;              // of the ripple
+constexpr double kMinTurns = 2;  // of the ripple
 /// Four per ripple of the maximum number of periods, and half of all bins must be covered; the others are
 /// zero.
 constexpr double kRippleBin_rad = kTwoPi / (4 * kMaxPeriods);
@@ -538,15 +500,13 @@ Dictionary make_dictionary(const FittedModel& fitted, const Rows& rows) {
   builder.direction();
   builder.drift();
   builder.position();
-  builder.gear();
   builder.mechanics();
   builder.actuator();
   builder.custom();
   return builder.finish();
 }
 
-double ripple_periods_per_rev(const Eigen::VectorXd& residual, const Eigen::VectorXd& position_rad,
-                              double least, const std::vector<double>& known) {
+double ripple_periods_per_rev(const Eigen::VectorXd& residual, const Eigen::VectorXd& position_rad) {
   if (residual.size() < 16) return 0;
   const double low = position_rad.minCoeff();
   const double span = position_rad.maxCoeff() - low;
@@ -559,17 +519,12 @@ double ripple_periods_per_rev(const Eigen::VectorXd& residual, const Eigen::Vect
     fft.fwd(spectrum, stretch);
     for (std::size_t k = 1; k < power.size(); ++k) power[k] += std::norm(spectrum[k]);
   }
-  // Two orders that the travel cannot tell apart are one.
-  const double resolution = kTwoPi / std::min(span, kRippleSpan_rad);
-  const auto is_known = [&](double periods) {
-    return std::ranges::any_of(known, [&](double k) { return std::abs(k - periods) < resolution; });
-  };
   double best = 0;
   double most = 0;
   for (std::size_t k = 1; k < power.size(); ++k) {
     const double periods = static_cast<double>(k) * kTwoPi / (static_cast<double>(kRippleBins) * bin);
-    if (periods < least || periods > kMaxPeriods || periods * span < kMinTurns * kTwoPi) continue;
-    if (power[k] > most && !is_known(periods)) {
+    if (periods < 1.5 || periods > kMaxPeriods || periods * span < kMinTurns * kTwoPi) continue;
+    if (power[k] > most) {
       most = power[k];
       best = periods;
     }
@@ -578,59 +533,24 @@ double ripple_periods_per_rev(const Eigen::VectorXd& residual, const Eigen::Vect
                                             : best;
 }
 
-std::vector<Ripple> ripples(const FittedModel& fitted, const Rows& rows) {
-  const Eigen::VectorXd velocity = rows.means([](const Signals& s) { return s.velocity_rad_per_s; });
-  const double inertia = inertia_of(fitted);
-  const Eigen::VectorXd inertial =
-      inertia * rows.means([](const Signals& s) { return s.acceleration_rad_per_s2; });
-  const bool turns = widest_span_rad(rows.signals()) > kTurns_rad;
-  const auto* viscous = fitted.model.find<model::effects::Viscous>();
-  const double rate_Nm_s_per_rad = viscous != nullptr ? viscous->parameters().coefficient_Nm_s_per_rad : 0;
-  return {{"cogging", "amplitude_Nm", kMinRipplePeriods, Eigen::VectorXd::Ones(rows.count()), {}},
-          {"position_friction",
-           "amplitude_Nm",
-           turns ? kMinTurnPeriods : 0,
-           rows.means([](const Signals& s) { return s.direction; }),
-           {}},
-          {"torque_ripple", "share", kMinRipplePeriods, -predicted_rows(fitted, rows), {}},
-          {"encoder_eccentricity", "amplitude_rad", kMinTurnPeriods, inertia * velocity.cwiseAbs2(),
-           inertial + rate_Nm_s_per_rad * velocity}};
-}
-
-Eigen::MatrixXd ripple_columns(const Ripple& ripple, double periods_per_rev,
-                               const Eigen::VectorXd& position_rad, const Eigen::VectorXd& velocity_rad_per_s,
-                               double band_Hz) {
+Eigen::MatrixXd ripple_columns(double periods_per_rev, const Eigen::VectorXd& position_rad,
+                               const Eigen::VectorXd& velocity_rad_per_s, double band_Hz) {
   Eigen::MatrixXd columns(position_rad.size(), 2);
-  const bool of_encoder = ripple.first_order.size() > 0;
-  const double n = periods_per_rev;
   for (Eigen::Index i = 0; i < position_rad.size(); ++i) {
     // Share that the band passes at this speed.
-    const double over = n * velocity_rad_per_s[i] / (kTwoPi * band_Hz);
+    const double over = periods_per_rev * velocity_rad_per_s[i] / (kTwoPi * band_Hz);
     const double gain = 1 / (1 + over * over * over * over);
-    const double in_phase = gain * ripple.factor[i] * (of_encoder ? n * n : 1);
-    const double behind = of_encoder ? gain * n * ripple.first_order[i] : 0;
-    const double sine = std::sin(n * position_rad[i]);
-    const double cosine = std::cos(n * position_rad[i]);
-    columns(i, 0) = in_phase * sine - behind * cosine;
-    columns(i, 1) = in_phase * cosine + behind * sine;
+    columns(i, 0) = gain * std::sin(periods_per_rev * position_rad[i]);
+    columns(i, 1) = gain * std::cos(periods_per_rev * position_rad[i]);
   }
   return columns;
 }
 
-FittedModel with_ripple(const FittedModel& fitted, const Ripple& ripple, double periods_per_rev, double sine,
-                        double cosine) {
-  return plus(fitted, ripple.effect,
-              {{ripple.amplitude, std::hypot(sine, cosine)},
+FittedModel with_ripple(const FittedModel& fitted, double periods_per_rev, double sine_Nm, double cosine_Nm) {
+  return plus(fitted, "cogging",
+              {{"amplitude_Nm", std::hypot(sine_Nm, cosine_Nm)},
                {"periods_per_rev", periods_per_rev},
-               {"phase_rad", std::atan2(cosine, sine)}});
-}
-
-std::vector<double> known_periods(const FittedModel& fitted, std::string_view effect) {
-  std::vector<double> periods;
-  for (const AnyEffect& known : fitted.model.effects)
-    if (model::effects::name_of(known) == effect)
-      periods.push_back(model::effects::parameter_of(known, "periods_per_rev"));
-  return periods;
+               {"phase_rad", std::atan2(cosine_Nm, sine_Nm)}});
 }
 
 }  // namespace identification::gap

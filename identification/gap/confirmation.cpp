@@ -45,16 +45,12 @@ constexpr std::array kSizes{
     Size{"imbalance", "torque_Nm"},
     Size{"load_friction", "share"},
     Size{"cogging", "amplitude_Nm"},
-    Size{"position_friction", "amplitude_Nm"},
-    Size{"torque_ripple", "share"},
-    Size{"encoder_eccentricity", "amplitude_rad"},
     Size{"inertia", "difference_kg_m2"},
     Size{"presliding", "stiffness_Nm_per_rad"},
     Size{"backlash", "gap_rad"},
     Size{"elasticity", "stiffness_Nm_per_rad"},
     Size{"torque_deadband", "threshold_Nm"},
     Size{"transport_delay", "delay_s"},
-    Size{"torque_lag", "time_constant_s"},
 };
 /// The value of `size` at which the effect is absent.
 double none_at(const Size& size, const model::effects::DriveModel& model) {
@@ -158,12 +154,12 @@ class Confirmation {
       return estimate.lower <= none && none <= estimate.upper;
     });
   }
-  /// Another harmonic of a confirmed ripple: one cause has several.
+  /// Another harmonic of a confirmed cogging: one cause has several.
   bool is_another_harmonic(std::size_t i) const {
-    const std::string_view effect = result_.added[i].effect;
-    const auto is_same = [effect](const Added& added) { return added.effect == effect; };
-    return is_ripple(effect) && std::any_of(result_.added.begin(),
-                                            result_.added.begin() + static_cast<std::ptrdiff_t>(i), is_same);
+    const auto is_cogging = [](const Added& added) { return added.effect == "cogging"; };
+    return is_cogging(result_.added[i]) &&
+           std::any_of(result_.added.begin(), result_.added.begin() + static_cast<std::ptrdiff_t>(i),
+                       is_cogging);
   }
   bool gives_otherwise(std::size_t i) const {
     const std::size_t own = *place_of_added(result_, i);

@@ -31,9 +31,6 @@ constexpr int kMaxRounds = 20;
 /// Scale for an exponent of zero.
 constexpr double kExponentScale = 1;
 constexpr double kAtBound = 1e-3;
-/// Minimum distance of a dip from rest, in its widths: nearer, it would be a curve that falls or rises from
-/// rest.
-constexpr double kDipFromRest = 1.2;
 /// The band does not resolve impacts, so the stiffness of flanks cannot be fitted. Their compliance looks
 /// like a wider gap: their frequency may be half or twice as high.
 constexpr std::string_view kFlank = "flank_Hz";
@@ -144,10 +141,6 @@ Eigen::VectorXd half_widths_of(const Eigen::MatrixXd& jacobian, const Eigen::Vec
 
 }  // namespace
 
-bool is_late(std::string_view effect) noexcept {
-  return effect == model::effects::TransportDelay::kName || effect == model::effects::TorqueLag::kName;
-}
-
 std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows& rows) {
   std::vector<FreeParameter> list;
   const double given = fitted.given_inertia_kg_m2;
@@ -157,9 +150,7 @@ std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows
   const bool measured = std::ranges::none_of(rows.signals(), &Signals::torque_is_command);
   double period_s = 0;
   for (const Signals& s : rows.signals()) period_s = std::max(period_s, s.raw_period_s);
-  const bool late = std::ranges::any_of(
-      fitted.model.effects, [](const AnyEffect& e) { return is_late(model::effects::name_of(e)); });
-  if (measured || !late) {
+  if (measured || fitted.model.find<model::effects::TransportDelay>() == nullptr) {
     const double lead_s =
         measured ? std::min(period_s, kLongestLead_s) : std::max(0.5 * period_s, kCurrentLoop_s);
     const double lag_s = measured ? kLongestLag_s : 0.5 * period_s;
@@ -174,13 +165,12 @@ std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows
     if (std::holds_alternative<model::effects::FrictionLaw>(effect)) continue;
     for (const auto& parameter : model::effects::description_of(effect).parameters) {
       if (std::holds_alternative<model::effects::Stribeck>(effect) && parameter.name == "tail") continue;
+      if (std::holds_alternative<model::effects::LoadFriction>(effect) && parameter.name != "share") continue;
       if (parameter.name == kFlank) continue;
-      if (std::holds_alternative<model::effects::LoadFriction>(effect) && parameter.name == "load_share")
-        continue;
       const double value = model::effects::parameter_of(effect, parameter.name);
       double scale = std::max(std::abs(value), 0.1 * std::abs(parameter.initial));
       // A ripple is out of step far from the joint's zero long before its periods differ noticeably.
-      if (parameter.name == "periods_per_rev")
+      if (std::holds_alternative<model::effects::Cogging>(effect) && parameter.name == "periods_per_rev")
         scale = std::min(scale, 2 * std::numbers::pi / std::max(farthest_rad(rows.signals()), 1e-3));
       // Both start from zero if the given contact has none.
       if (const auto* contact = std::get_if<model::effects::Presliding>(&effect)) {
@@ -195,16 +185,8 @@ std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows
         free.lower = std::max(free.lower, -kMaxInertiaDecrease * given);
         free.upper = std::min(free.upper, kMaxInertiaIncrease * given);
       }
-      if (std::holds_alternative<model::effects::QuadraticDrag>(effect)) free.lower = std::min(value, 0.0);
-      if (const auto* dip = std::get_if<model::effects::MidspeedDip>(&effect)) {
-        const auto& [depth, centre, width] = dip->parameters();
-        if (parameter.name == "centre_rad_per_s") free.lower = std::min(value, kDipFromRest * width);
-        if (parameter.name == "width_rad_per_s") free.upper = std::max(value, centre / kDipFromRest);
-      }
       if (std::holds_alternative<model::effects::TorqueDeadband>(effect) && !measured)
         free.upper = std::min(free.upper, std::max(value, usual_command_Nm(rows.signals())));
-      if (std::holds_alternative<model::effects::TorqueSaturation>(effect) && !measured)
-        free.lower = std::min(value, std::max(free.lower, middle_command_Nm(rows.signals())));
       list.push_back(free);
     }
   }

@@ -21,8 +21,6 @@ inline constexpr double kMaxInertiaDecrease = 0.9;
 inline constexpr double kMaxInertiaIncrease = 9;
 /// Maximum delay of the torque sensor that does not count as an effect.
 inline constexpr double kLongestLag_s = 0.01;
-/// Maximum time constant of the torque after its command.
-inline constexpr double kLongestTorqueLag_s = 0.5;
 /// Maximum lead: a recorder's convention may shift the torque by one sample.
 inline constexpr double kLongestLead_s = 0.002;
 /// Maximum delay of the current loop that does not count as an effect.
@@ -58,13 +56,10 @@ struct FreeParameter {
   double upper = 0;
   double scale = 1;  ///< significant change
 };
-/// Whether the effect makes the torque late: a lag of the recording cannot be distinguished from it.
-bool is_late(std::string_view effect) noexcept;
-
-/// All except the tail of a Stribeck curve, which is one of two forms, the `load_share` of a gear, one of
-/// three, the `flank_Hz` of a gap, which is not visible, and the parameters of friction laws, which are
-/// given: inertia (within its tolerance, unless there is an inertia effect), lag and smoothing of the torque
-/// (for a command, at most half a period, unless something makes it late), and the parameters of all effects.
+/// All except the tail of a Stribeck curve, which is one of two forms, the `flank_Hz` of a gap, which is not
+/// visible, the shares of a gear's loss beyond that of the load, and the parameters of friction laws, which
+/// are given: inertia (within its tolerance, unless there is an inertia effect), lag and smoothing of the
+/// torque (for a command, at most half a period, unless there is a delay), and the parameters of all effects.
 std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows& rows);
 FittedModel with_value(const FittedModel& fitted, const FreeParameter& parameter, double value);
 

@@ -81,13 +81,6 @@ class Round {
     residual_ = (rows.torque_Nm() - predicted_rows(fitted, rows))(training.rows);
     position_ = rows.means([](const Signals& s) { return s.position_rad; })(training.rows);
     velocity_ = rows.means([](const Signals& s) { return s.velocity_rad_per_s; })(training.rows);
-    for (Ripple& ripple : ripples(fitted, rows)) {
-      ripple.factor = Eigen::VectorXd(ripple.factor(training.rows));
-      if (ripple.first_order.size() > 0)
-        ripple.first_order = Eigen::VectorXd(ripple.first_order(training.rows));
-      std::vector<double> known = known_periods(fitted, ripple.effect);
-      ripples_.push_back({std::move(ripple), std::move(known)});
-    }
     target_ = regression_->target(residual_);
     base_ = regression_->fit(target_, base_columns_, base_bounds_);
     left_ = residual_ - jacobian_ * base_.coefficients;
@@ -113,15 +106,11 @@ class Round {
       const auto amplitudes = fit.coefficients.tail(static_cast<Eigen::Index>(candidate.columns.size()));
       known = {candidate.effect, gain, candidate.add(moved(fit.coefficients), amplitudes)};
     }
-    for (const SoughtRipple& sought : ripples_) {
-      const double periods = periods_of(sought, left_);
-      if (!(periods > 0)) continue;
-      const auto [gain, steps, fitted] = harmonic(sought.ripple, periods, residual_, base_.held_out);
+    if (const double periods = ripple_periods_per_rev(left_, position_); periods > 0) {
+      const auto [gain, steps, fitted] = ripple(periods, residual_, base_.held_out);
       remember(gain, fitted);
       const Eigen::Vector2d amplitudes = steps.tail<2>();
-      const std::string_view effect = sought.ripple.effect;
-      best[effect] = {effect, gain,
-                      with_ripple(moved(steps), sought.ripple, periods, amplitudes[0], amplitudes[1])};
+      best["cogging"] = {"cogging", gain, with_ripple(moved(steps), periods, amplitudes[0], amplitudes[1])};
     }
     std::vector<Outcome> result;
     for (auto& [name, outcome] : best) result.push_back(std::move(outcome));
@@ -167,10 +156,8 @@ class Round {
     for (const Candidate& candidate : dictionary_.candidates)
       most = std::max(
           most, 1 - regression_->held_out(target, columns_of(candidate), bounds_of(candidate.bounds)) / base);
-    for (const SoughtRipple& sought : ripples_)
-      if (const double periods = periods_of(sought, values); periods > 0)
-        most = std::max(most, harmonic(sought.ripple, periods, values, base).gain);
-    return most;
+    const double periods = ripple_periods_per_rev(values, position_);
+    return periods > 0 ? std::max(most, ripple(periods, values, base).gain) : most;
   }
   void remember(double gain, const Eigen::VectorXd& fitted) {
     if (gain <= most_gain_) return;
@@ -178,24 +165,14 @@ class Round {
     least_left_ = residual_ - fitted;
   }
 
-  struct SoughtRipple {
-    Ripple ripple;
-    std::vector<double> known;  // harmonics of the model
-  };
-  double periods_of(const SoughtRipple& sought, const Eigen::VectorXd& values) const {
-    return ripple_periods_per_rev(values.cwiseProduct(sought.ripple.factor), position_,
-                                  sought.ripple.least_periods_per_rev, sought.known);
-  }
-  struct Harmonic {
+  struct Ripple {
     double gain;
     Eigen::VectorXd steps;  // of the model's own parameters, then sine and cosine
     Eigen::VectorXd fitted;
   };
-  Harmonic harmonic(const Ripple& ripple, double periods, const Eigen::VectorXd& target,
-                    double base_held_out) const {
+  Ripple ripple(double periods, const Eigen::VectorXd& target, double base_held_out) const {
     Eigen::MatrixXd columns(jacobian_.rows(), jacobian_.cols() + 2);
-    columns << jacobian_,
-        ripple_columns(ripple, periods, position_, velocity_, rows_.signals().front().band_Hz);
+    columns << jacobian_, ripple_columns(periods, position_, velocity_, rows_.signals().front().band_Hz);
     const BlockRegression regression(columns, training_.block, kFolds);
     const BlockRegression::Fit fit = regression.fit(regression.target(target), range(0, columns.cols()),
                                                     bounds_of(std::vector<Bounds>(2)));
@@ -216,7 +193,6 @@ class Round {
   Eigen::VectorXd residual_;
   Eigen::VectorXd position_;
   Eigen::VectorXd velocity_;
-  std::vector<SoughtRipple> ripples_;
   BlockRegression::Fit base_;
   Eigen::VectorXd left_;        // residual of the present model, refitted
   Eigen::VectorXd least_left_;  // residual of the best hypothesis so far
@@ -284,7 +260,7 @@ std::vector<Rival> contest(const FittedModel& before, const std::vector<Round::O
     FittedModel model = refined_widely(outcome.model, rows, training.rows);
     BlockRegression::Fit fit = score(model, rows, training);
     if (!is_sure(base, fit)) continue;
-    if (is_ripple(outcome.effect) && !knows_its_periods(model, rows, training)) continue;
+    if (outcome.effect == "cogging" && !knows_its_periods(model, rows, training)) continue;
     if (gives(outcome.effect) && fit.held_out > kSpringLeavesAtMost * base.held_out &&
         (outcome.effect == "backlash" || !simulates_better(before, model, rows, training)))
       continue;
@@ -411,7 +387,7 @@ std::string reason_against(const Round::Outcome& outcome, const BlockRegression:
   if (p > options.false_positive_rate)
     return "chance gives the search as much: p is " + short_text(p) + " or more, allowed is " +
            short_text(options.false_positive_rate);
-  if (is_ripple(outcome.effect))
+  if (outcome.effect == "cogging")
     return "its gain is not sure, or its periods a turn are not known to a tenth";
   if (outcome.effect == "backlash") return "its gain is not sure, or it takes less than half of what is left";
   if (gives(outcome.effect))
@@ -425,11 +401,6 @@ void report(const Options& options, std::string_view what, double done) {
 }
 
 }  // namespace
-
-bool is_ripple(std::string_view effect) noexcept {
-  return effect == "cogging" || effect == "position_friction" || effect == "torque_ripple" ||
-         effect == "encoder_eccentricity";
-}
 
 bool gives(std::string_view effect) noexcept {
   return effect == "presliding" || effect == "backlash" || effect == "elasticity";

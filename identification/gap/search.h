@@ -61,9 +61,6 @@ struct SearchResult {
 SearchResult search(const FittedModel& start, const Rows& rows, const Training& training,
                     const Options& options);
 
-/// Whether an effect repeats over position; a drive may have several harmonics of it.
-bool is_ripple(std::string_view effect) noexcept;
-
 /// Whether an effect allows the load to move relative to the motor or the ground: presliding, backlash,
 /// elasticity.
 bool gives(std::string_view effect) noexcept;

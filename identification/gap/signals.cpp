@@ -336,8 +336,7 @@ Signals make_signals(const Source& source, const Band& band) {
   s.moving.assign(s.velocity_rad_per_s.size(), 1.0);
   leave_out(s.moving, samples(kFromStandstill),
             [&](std::size_t i) { return std::abs(s.velocity_rad_per_s[i]) <= band.slowest_rad_per_s; });
-  s.sensor_saturates = recording.has(kSaturated);
-  if (s.sensor_saturates) {
+  if (recording.has(kSaturated)) {
     const std::vector<double> saturated = kept(even(recording.column(kSaturated)));
     leave_out(s.moving, samples(kFromSaturation), [&](std::size_t i) { return saturated[i] > 0; });
   }
@@ -388,25 +387,15 @@ double farthest_rad(std::span<const Signals> signals) {
   return farthest;
 }
 
-namespace {
-
-double command_quantile_Nm(std::span<const Signals> signals, double share) {
+double usual_command_Nm(std::span<const Signals> signals) {
   std::vector<double> magnitudes;
   for (const Signals& s : signals)
     for (const double command : s.raw_command_Nm) magnitudes.push_back(std::abs(command));
   if (magnitudes.empty()) return 0;
-  const auto place =
-      magnitudes.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(magnitudes.size() - 1));
+  const auto place = magnitudes.begin() +
+                     static_cast<std::ptrdiff_t>(kUsualCommands * static_cast<double>(magnitudes.size() - 1));
   std::ranges::nth_element(magnitudes, place);
   return *place;
 }
-
-}  // namespace
-
-double usual_command_Nm(std::span<const Signals> signals) {
-  return command_quantile_Nm(signals, kUsualCommands);
-}
-double largest_command_Nm(std::span<const Signals> signals) { return command_quantile_Nm(signals, 1); }
-double middle_command_Nm(std::span<const Signals> signals) { return command_quantile_Nm(signals, 0.5); }
 
 }  // namespace identification::gap

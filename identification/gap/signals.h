@@ -43,7 +43,6 @@ struct Signals {
   std::vector<double> torque_rate_Nm_per_s;   ///< of torque_Nm
   std::vector<double> torque_bend_Nm_per_s2;  ///< of torque_rate_Nm_per_s
   bool torque_is_command = false;
-  bool sensor_saturates = false;  ///< somewhere
   /// At the rate of the slowest recording, unfiltered: for effects within milliseconds.
   double raw_period_s = 0;
   std::vector<double> raw_position_rad;
@@ -88,9 +87,5 @@ double farthest_rad(std::span<const Signals> signals);
 /// The 90th percentile of the commands' magnitude. With a dead-band threshold above it, the threshold and not
 /// the measurement would determine the torque that the motion is compared with.
 double usual_command_Nm(std::span<const Signals> signals);
-/// The largest magnitude of a command, and the median. With a saturation below the median, the limit and not
-/// the command would determine the torque.
-double largest_command_Nm(std::span<const Signals> signals);
-double middle_command_Nm(std::span<const Signals> signals);
 
 }  // namespace identification::gap

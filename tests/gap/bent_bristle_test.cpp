@@ -6,9 +6,7 @@
 #include <cstdint>
 #include <numbers>
 #include <random>
-#include <set>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "identification/gap/gap.h"
@@ -23,13 +21,10 @@ constexpr double kStiffness_Nm_per_rad = 400;  // bends by 4 mrad
 constexpr double kDamping_Nm_s_per_rad = 4;
 constexpr double kTick_rad = 2 * std::numbers::pi / 200000;
 constexpr double kNoise_Nm = 0.02;
-constexpr double kStatic_Nm = 2.4;
-constexpr double kStribeck_rad_per_s = 0.15;
 
 /// z' = v − σ0·|v|·z/Fc,  F = σ0·z + σ1·z' + σ2·v  [C. Canudas de Wit et al., IEEE TAC 40, 1995], in steps of
 /// 20 µs, under a controller that follows a sum of sines.
-/// `static_Nm`: Fs of g(v) = Fc + (Fs − Fc)·exp(−(v/vs)²), in the place of Fc.
-identification::gap::Source drive(std::uint64_t seed, double static_Nm = kCoulomb_Nm) {
+identification::gap::Source drive(std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> phase(0, 2 * std::numbers::pi);
@@ -56,9 +51,7 @@ identification::gap::Source drive(std::uint64_t seed, double static_Nm = kCoulom
     wanted += 1e-3 * wanted_velocity;
     torque = 600 * (wanted - position) + 15 * (wanted_velocity - velocity);
     for (int step = 0; step < 50; ++step) {
-      const double slow = velocity / kStribeck_rad_per_s;
-      const double level_Nm = kCoulomb_Nm + (static_Nm - kCoulomb_Nm) * std::exp(-slow * slow);
-      const double bending = velocity - kStiffness_Nm_per_rad * std::abs(velocity) * bristle / level_Nm;
+      const double bending = velocity - kStiffness_Nm_per_rad * std::abs(velocity) * bristle / kCoulomb_Nm;
       const double friction = kStiffness_Nm_per_rad * bristle + kDamping_Nm_s_per_rad * bending +
                               kViscous_Nm_s_per_rad * velocity;
       bristle += kStep_s * bending;
@@ -74,7 +67,7 @@ identification::gap::Source drive(std::uint64_t seed, double static_Nm = kCoulom
   return source;
 }
 
-identification::gap::Result analysed(bool with_presliding, double static_Nm = kCoulomb_Nm) {
+identification::gap::Result analysed(bool with_presliding) {
   model::effects::DriveModel base{
       .name = "lugre",
       .inertia_kg_m2 = kInertia_kg_m2,
@@ -86,8 +79,7 @@ identification::gap::Result analysed(bool with_presliding, double static_Nm = kC
   if (with_presliding)
     base.effects.push_back(
         model::effects::make_effect("presliding", {{"stiffness_Nm_per_rad", kStiffness_Nm_per_rad}}));
-  return identification::gap::analyse(base, std::vector{drive(1, static_Nm), drive(2, static_Nm)},
-                                      std::vector{drive(3, static_Nm)}, {});
+  return identification::gap::analyse(base, std::vector{drive(1), drive(2)}, std::vector{drive(3)}, {});
 }
 
 TEST(BentBristle, IsTheShapeOfTheGivenPresliding) {
@@ -108,15 +100,6 @@ TEST(BentBristle, IsPreslidingWhereThereIsNone) {
   EXPECT_EQ(model::effects::name_of(result.effects.front().effect), "presliding");
   EXPECT_TRUE(result.effects.front().equivalent.empty());
   EXPECT_NEAR(model::effects::parameter_of(result.effects.front().effect, "exponent"), 1, 0.1);
-}
-
-// The bristle follows the falling friction with a lag: LuGre with Stribeck friction is both effects.
-TEST(BentBristle, WithStribeckFrictionBothAreNamed) {
-  const identification::gap::Result result = analysed(false, kStatic_Nm);
-  std::set<std::string_view> named;
-  for (const auto& found : result.effects) named.insert(model::effects::name_of(found.effect));
-  EXPECT_EQ(named, (std::set<std::string_view>{"presliding", "stribeck"}));
-  EXPECT_LE(result.gap_after_Nm, 1.2 * result.noise_floor_Nm);
 }
 
 }  // namespace bent_bristle_test

@@ -15,7 +15,7 @@ constexpr double kAtTheFloor = 1.2;
 
 Drive without(const Drive& drive, std::string_view effect) {
   Drive edited = drive;
-  for (std::size_t kind = 0; kind < kHiddenKinds; ++kind)
+  for (std::size_t kind = 0; kind < kLibraryKinds; ++kind)
     if (name_of(static_cast<Hidden>(kind)) == effect) edited.effects.amount(static_cast<Hidden>(kind)) = 0;
   return edited;
 }

@@ -67,15 +67,6 @@ HiddenEffects any_shapes(Chance& chance) {
   effects.cyclic_Hz = chance.uniform(0.7, 7);
   return effects;
 }
-/// Drawn last: the earlier cases stay what they were.
-HiddenEffects with_later_shapes(HiddenEffects effects, Chance& chance) {
-  effects.gear_loss_back = chance.uniform(0.3, 0.8);
-  effects.spot_at_rad = chance.uniform(-kPi, kPi);
-  static constexpr auto kRipplesPerRev = std::to_array<double>({4, 7, 12, 26});
-  effects.ripple_per_rev = kRipplesPerRev[chance.bits() % kRipplesPerRev.size()];
-  effects.disc_at_rad = chance.uniform(-kPi, kPi);
-  return effects;
-}
 
 /// Initial guess of the amount that makes `torque_Nm` rms, with its minimum and maximum.
 struct Range {
@@ -117,14 +108,6 @@ Range range_of(Hidden kind, const Drive& drive, double top_rad_per_s, double tor
       return {0.09 / plant.inertia_kg_m2, 0.01 / plant.inertia_kg_m2, 0.9 / plant.coulomb_Nm};
     case Hidden::kStickingBrush: return {3 * torque_Nm, 0, 3 * plant.coulomb_Nm};
     case Hidden::kRandomWalk: return {torque_Nm};
-    case Hidden::kGearLoss: return {1.4 * torque_Nm / drive.effects.imbalance_Nm, 0, 0.4};
-    case Hidden::kTorqueSaturation:
-      return {0.3 / plant.coulomb_Nm, 0.1 / plant.coulomb_Nm, 0.6 / plant.coulomb_Nm};
-    // Up to 10 ms a lag is not an effect.
-    case Hidden::kTorqueLag: return {0.015, 0.0125, 0.04};
-    case Hidden::kPositionFriction: return {3 * torque_Nm, 0, 1.5 * plant.coulomb_Nm};
-    case Hidden::kTorqueRipple: return {torque_Nm / plant.coulomb_Nm, 0, 0.5};
-    case Hidden::kEncoderEccentricity: return {0.01, 0, 0.05};
   }
   return {0};
 }
@@ -171,19 +154,6 @@ std::vector<TrueParameter> true_parameters(const CaseSpec& spec, const Drive& dr
         add("delay_s", effects.delay_s, 0.5 * HiddenPlant::kSample_s);
         break;
       case Hidden::kLoadFriction: add("share", effects.load_friction); break;
-      case Hidden::kTorqueSaturation: add("limit_Nm", 1 / effects.limit_per_Nm); break;
-      case Hidden::kTorqueLag:
-        // With the current loop, the sensor's filter and the half period by which a row is early or late.
-        add("time_constant_s", effects.lag_s, HiddenPlant::kSample_s);
-        break;
-      case Hidden::kTorqueRipple:
-        add("share", effects.ripple);
-        add("periods_per_rev", effects.ripple_per_rev);
-        break;
-      case Hidden::kEncoderEccentricity:
-        add("amplitude_rad", effects.disc_rad);
-        add("periods_per_rev", 1);
-        break;
       default: break;  // shapes of their own
     }
   }
@@ -277,14 +247,13 @@ std::vector<CaseSpec> gap_cases() {
   std::uint64_t seed = 1000;
   for (int i = 0; i < 66; ++i) cases.push_back({CaseKind::kNone, {}, 0, ++seed});
 
-  using enum Hidden;
-  const auto add_singles = [&](Hidden from, Hidden to) {
-    for (auto kind = static_cast<std::size_t>(from); kind <= static_cast<std::size_t>(to); ++kind)
-      for (const double size : {0.6, 1.5, 3.2, 3.6, 4.0, 5.0})
-        cases.push_back({CaseKind::kSingle, {static_cast<Hidden>(kind)}, size, ++seed});
-  };
-  add_singles(kStribeck, kLoadFriction);
+  for (std::size_t kind = 0; kind < kLibraryKinds; ++kind) {
+    const auto hidden = static_cast<Hidden>(kind);
+    for (const double size : {0.6, 1.5, 3.2, 3.6, 4.0, 5.0})
+      cases.push_back({CaseKind::kSingle, {hidden}, size, ++seed});
+  }
 
+  using enum Hidden;
   static const std::vector<std::vector<Hidden>> kPairs{{kStribeck, kMidspeedDip},
                                                        {kStribeck, kCogging},
                                                        {kStribeck, kTorqueOffset},
@@ -333,24 +302,11 @@ std::vector<CaseSpec> gap_cases() {
       {kPresliding, kStribeck, kTorqueOffset},   {kElasticity, kStribeck, kTorqueOffset}};
   for (const std::vector<Hidden>& triple : kTriples) cases.push_back({CaseKind::kTriple, triple, 5, ++seed});
 
-  for (const Hidden hidden : {kPush, kCyclicLoad, kLooseCoupling, kStickingBrush, kRandomWalk})
+  for (std::size_t kind = kLibraryKinds; kind < kHiddenKinds; ++kind) {
+    const auto hidden = static_cast<Hidden>(kind);
     for (const double size : {1.5, 3.0, 3.0, 4.0, 4.0, 5.0, 5.0})
       cases.push_back({CaseKind::kOutside, {hidden}, size, ++seed});
-
-  add_singles(kGearLoss, kEncoderEccentricity);
-  static const std::vector<std::vector<Hidden>> kLaterPairs{{kGearLoss, kStribeck},
-                                                            {kGearLoss, kCogging},
-                                                            {kTorqueSaturation, kStribeck},
-                                                            {kTorqueSaturation, kImbalance},
-                                                            {kTorqueLag, kCogging},
-                                                            {kTorqueLag, kTorqueOffset},
-                                                            {kPositionFriction, kStribeck},
-                                                            {kPositionFriction, kImbalance},
-                                                            {kTorqueRipple, kStribeck},
-                                                            {kTorqueRipple, kImbalance},
-                                                            {kEncoderEccentricity, kStribeck},
-                                                            {kEncoderEccentricity, kCogging}};
-  for (const std::vector<Hidden>& pair : kLaterPairs) cases.push_back({CaseKind::kPair, pair, 5, ++seed});
+  }
   return cases;
 }
 
@@ -363,10 +319,7 @@ Case make_case(const CaseSpec& spec, double length) {
   drive.sensors = any_sensors(drive.plant, spec.kind, chance);
   drive.effects = any_shapes(chance);
   if (is_hidden(spec, Hidden::kLoadFriction)) drive.effects.imbalance_Nm = 0.6 * drive.plant.coulomb_Nm;
-  if (is_hidden(spec, Hidden::kGearLoss)) drive.effects.imbalance_Nm = 1.5 * drive.plant.coulomb_Nm;
   const double top_rad_per_s = chance.uniform(6.5, 9);
-  Chance later(spec.seed ^ 0x1A7E5u);
-  drive.effects = with_later_shapes(drive.effects, later);
   std::vector<double> signs;
   for (const Hidden kind : spec.hidden) signs.push_back(either_sign(kind) ? chance.sign() : 1);
 
@@ -393,8 +346,7 @@ Case make_case(const CaseSpec& spec, double length) {
   base.effects = {
       make_effect("coulomb", {{"torque_Nm", known(drive.plant.coulomb_Nm)}}),
       make_effect("viscous", {{"coefficient_Nm_s_per_rad", known(drive.plant.viscous_Nm_s_per_rad)}})};
-  if ((is_hidden(spec, Hidden::kLoadFriction) || is_hidden(spec, Hidden::kGearLoss)) &&
-      !is_hidden(spec, Hidden::kImbalance))
+  if (is_hidden(spec, Hidden::kLoadFriction) && !is_hidden(spec, Hidden::kImbalance))
     base.effects.push_back(
         make_effect("imbalance", {{"torque_Nm", drive.effects.imbalance_Nm},
                                   {"rest_position_rad", drive.effects.imbalance_rest_rad}}));

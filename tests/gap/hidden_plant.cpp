@@ -68,13 +68,7 @@ std::string_view name_of(Hidden kind) {
                                                                      "cyclic_load",
                                                                      "loose_coupling",
                                                                      "sticking_brush",
-                                                                     "random_walk",
-                                                                     "load_friction",
-                                                                     "torque_saturation",
-                                                                     "torque_lag",
-                                                                     "position_friction",
-                                                                     "torque_ripple",
-                                                                     "encoder_eccentricity"};
+                                                                     "random_walk"};
   return kNames.at(static_cast<std::size_t>(kind));
 }
 
@@ -101,12 +95,6 @@ double& HiddenEffects::amount(Hidden kind) {
     case Hidden::kLooseCoupling: return coupling_per_Nm;
     case Hidden::kStickingBrush: return brush_Nm;
     case Hidden::kRandomWalk: return walk_Nm;
-    case Hidden::kGearLoss: return gear_loss;
-    case Hidden::kTorqueSaturation: return limit_per_Nm;
-    case Hidden::kTorqueLag: return lag_s;
-    case Hidden::kPositionFriction: return spot_Nm;
-    case Hidden::kTorqueRipple: return ripple;
-    case Hidden::kEncoderEccentricity: return disc_rad;
   }
   throw std::invalid_argument("no such hidden effect");
 }
@@ -165,14 +153,9 @@ double HiddenPlant::kinetic_J() const {
                 load_.inertia_kg_m2 * square(load_.velocity_rad_per_s));
 }
 
-HiddenPlant::Level HiddenPlant::level(const Mass& mass, double direction) const {
-  const double speed = std::abs(mass.velocity_rad_per_s);
-  Level result{plant_.coulomb_Nm, 0, direction * effects_.asymmetry_Nm, 0, 0, brush_Nm_, 0};
-  // A tight spot: rubs over a third of the turn, and that much less elsewhere that the mean stays.
-  if (effects_.spot_Nm != 0) {
-    const double near = 0.5 + 0.5 * std::cos(mass.position_rad - effects_.spot_at_rad);
-    result.spot_Nm = effects_.spot_Nm * (near * near - 0.375);
-  }
+HiddenPlant::Level HiddenPlant::level(double velocity_rad_per_s, double direction) const {
+  const double speed = std::abs(velocity_rad_per_s);
+  Level result{plant_.coulomb_Nm, 0, direction * effects_.asymmetry_Nm, 0, 0, brush_Nm_};
   if (effects_.stribeck_Nm != 0)
     result.stribeck_Nm = effects_.stribeck_Nm / (1 + square(speed / effects_.stribeck_rad_per_s));
   const double off = (speed - effects_.dip_centre_rad_per_s) / effects_.dip_half_width_rad_per_s;
@@ -185,19 +168,12 @@ HiddenPlant::Level HiddenPlant::level(const Mass& mass, double direction) const 
 
 double HiddenPlant::slide_level_Nm(const Mass& mass) const {
   const double direction = mass.velocity_rad_per_s != 0 ? mass.velocity_rad_per_s : mass.deflection_rad;
-  return std::max(warmth_ * level(mass, direction < 0 ? -1 : 1).sum_Nm(), 0.02 * plant_.coulomb_Nm);
-}
-
-double HiddenPlant::gear_loss_Nm() const {
-  // The contact bends towards the motion, also towards one that it holds up.
-  const double towards = load_.deflection_rad != 0 ? load_.deflection_rad : load_.velocity_rad_per_s;
-  const bool drives = transmitted_Nm_ * towards > 0;
-  return effects_.gear_loss * (drives ? 1 : effects_.gear_loss_back) * std::abs(transmitted_Nm_);
+  return std::max(warmth_ * level(mass.velocity_rad_per_s, direction < 0 ? -1 : 1).sum_Nm(),
+                  0.02 * plant_.coulomb_Nm);
 }
 
 void HiddenPlant::rub(Mass& mass) {
-  const double mesh_Nm = &mass == &load_ ? gear_loss_Nm() : 0;
-  const double limit = (mass.friction_share * slide_level_Nm(mass) + mesh_Nm) / mass.contact_Nm_per_rad;
+  const double limit = mass.friction_share * slide_level_Nm(mass) / mass.contact_Nm_per_rad;
   const double movement = mass.velocity_rad_per_s * kStep_s;
   const double before = mass.deflection_rad;
   // dz = dx − a·|dx|·z/limit, exact for this a.
@@ -228,12 +204,6 @@ double HiddenPlant::delivered_command_Nm(double at_s) const {
 }
 
 void HiddenPlant::drive_current(double command_Nm) {
-  if (effects_.lag_s > 0) {
-    lagged_command_Nm_ += kStep_s / (effects_.lag_s + 0.5 * kStep_s) * (command_Nm - lagged_command_Nm_);
-    command_Nm = lagged_command_Nm_;
-  }
-  if (effects_.limit_per_Nm > 0)
-    command_Nm = std::clamp(command_Nm, -1 / effects_.limit_per_Nm, 1 / effects_.limit_per_Nm);
   // Zero of the controller on the pole of the winding.
   const double loop_rad_per_s = 2 * kPi * plant_.current_loop_Hz;
   const double error_A = command_Nm / kTorque_Nm_per_A - current_A_;
@@ -269,10 +239,6 @@ double HiddenPlant::cogging_Nm(double position_rad) const {
   if (effects_.cogging_Nm == 0) return 0;
   const double angle = effects_.cogging_per_rev * position_rad + effects_.cogging_phase_rad;
   return effects_.cogging_Nm * (std::sin(angle) + kSecondCoggingHarmonic * std::sin(2 * angle + 1));
-}
-
-double HiddenPlant::ripple_gain() const {
-  return 1 + effects_.ripple * std::cos(effects_.ripple_per_rev * motor_.position_rad + 1);
 }
 
 double HiddenPlant::load_Nm(double position_rad) const {
@@ -321,16 +287,15 @@ void HiddenPlant::substep(double command_Nm) {
   rub(load_);
   drive_current(command_Nm);
   torque_Nm_ = kTorque_Nm_per_A * current_A_;
-  const double made_Nm = torque_Nm_ * ripple_gain();
   transmitted_Nm_ = shaft_Nm();
 
   const double motor_rub = motor_.friction_Nm + motor_.friction_share * drag_Nm(motor_.velocity_rad_per_s);
   const double load_rub = load_.friction_Nm + load_.friction_share * drag_Nm(load_.velocity_rad_per_s);
-  motor_work_J_ += made_Nm * motor_.velocity_rad_per_s * kStep_s;
+  motor_work_J_ += torque_Nm_ * motor_.velocity_rad_per_s * kStep_s;
   friction_heat_J_ += (motor_rub * motor_.velocity_rad_per_s + load_rub * load_.velocity_rad_per_s) * kStep_s;
 
   motor_.acceleration_rad_per_s2 =
-      (made_Nm - motor_rub - transmitted_Nm_ - cogging_Nm(motor_.position_rad)) / motor_.inertia_kg_m2;
+      (torque_Nm_ - motor_rub - transmitted_Nm_ - cogging_Nm(motor_.position_rad)) / motor_.inertia_kg_m2;
   load_.acceleration_rad_per_s2 =
       (transmitted_Nm_ - load_rub - load_Nm(load_.position_rad) - outside_Nm_) / load_.inertia_kg_m2;
   kick(motor_);
@@ -361,11 +326,7 @@ void HiddenPlant::step(double command_Nm) {
 void HiddenPlant::measure() {
   sensed_torque_Nm_ = torque_Nm_;
   const double tick = 2 * kPi / sensors_.encoder_ticks_per_rev;
-  // The scale seen from the centre of a disc that is off by this share of its radius.
-  const double angle = motor_.position_rad - effects_.disc_at_rad;
-  const double seen = motor_.position_rad + std::atan2(effects_.disc_rad * std::sin(angle),
-                                                       1 + effects_.disc_rad * std::cos(angle));
-  measured_position_rad_ = std::floor(seen / tick) * tick;
+  measured_position_rad_ = std::floor(motor_.position_rad / tick) * tick;
 
   const double kept =
       sensors_.noise_correlation_s > 0 ? std::exp(-kSample_s / sensors_.noise_correlation_s) : 0;
@@ -384,7 +345,7 @@ void HiddenPlant::account(double command_Nm, double missing_shaft_Nm, double del
   contributions_Nm_.fill(0);
   const double velocity = motor_.velocity_rad_per_s;
   const double friction = motor_.friction_Nm / motor_.friction_share;
-  const Level now = level(motor_, velocity < 0 ? -1 : 1);
+  const Level now = level(velocity, velocity < 0 ? -1 : 1);
   const double sum = warmth_ * now.sum_Nm();
   const auto part = [&](double part_Nm) {
     return part_of_friction(friction, sum, warmth_ * part_Nm, velocity);
@@ -394,19 +355,11 @@ void HiddenPlant::account(double command_Nm, double missing_shaft_Nm, double del
   at(Hidden::kMidspeedDip) = part(now.dip_Nm);
   at(Hidden::kLoadFriction) = part(now.load_Nm);
   at(Hidden::kStickingBrush) = part(now.brush_Nm);
-  at(Hidden::kPositionFriction) = part(now.spot_Nm);
-  if (std::abs(velocity) > kSliding_rad_per_s)
-    at(Hidden::kGearLoss) = std::copysign(gear_loss_Nm(), velocity);
   at(Hidden::kThermalDrift) =
       part_of_friction(friction, sum, sum - now.sum_Nm(), velocity) + (1 - 1 / warmth_) * drag_Nm(velocity);
   at(Hidden::kQuadraticDrag) = warmth_ * effects_.drag_Nm_s2_per_rad2 * velocity * std::abs(velocity);
   at(Hidden::kCogging) = cogging_Nm(motor_.position_rad);
   at(Hidden::kTorqueOffset) = effects_.offset_Nm;
-  at(Hidden::kTorqueRipple) = (ripple_gain() - 1) * torque_Nm_;
-  if (effects_.disc_rad != 0)
-    at(Hidden::kEncoderEccentricity) = effects_.disc_rad * (plant_.inertia_kg_m2 + effects_.inertia_kg_m2) *
-                                       velocity * velocity *
-                                       std::sin(motor_.position_rad - effects_.disc_at_rad);
   at(Hidden::kImbalance) = load_Nm(load_.position_rad) - effects_.offset_Nm;
   at(Hidden::kInertia) = effects_.inertia_kg_m2 * motor_.acceleration_rad_per_s2;
   // Impacts between two samples do not show in positions: what counts is slower than 40 Hz.
@@ -419,8 +372,6 @@ void HiddenPlant::account(double command_Nm, double missing_shaft_Nm, double del
   if (effects_.coupling_per_Nm > 0) at(Hidden::kLooseCoupling) = slow_shaft_Nm_[1];
   if (effects_.deadband_Nm > 0) at(Hidden::kTorqueDeadband) = delivered_Nm - command_Nm;
   if (effects_.delay_s > 0) at(Hidden::kTransportDelay) = delivered_Nm - command_Nm;
-  if (effects_.limit_per_Nm > 0) at(Hidden::kTorqueSaturation) = torque_Nm_ - delivered_Nm;
-  if (effects_.lag_s > 0) at(Hidden::kTorqueLag) = torque_Nm_ - delivered_Nm;
   if (effects_.unsigned_current != 0) at(Hidden::kUnsignedCurrent) = std::abs(torque_Nm_) - torque_Nm_;
   const double outside = outside_Nm_;
   if (effects_.push_Nm != 0) at(Hidden::kPush) = outside;

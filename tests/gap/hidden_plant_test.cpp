@@ -102,49 +102,6 @@ TEST(HiddenPlant, TheSensorAddsTheNoiseFloorAndNothingElse) {
   }
 }
 
-// A gear that loses a fifth of the torque in driving: the motor lifts a weight T with more than T/0.8, beyond
-// the other friction, of which a share passes the gear.
-TEST(HiddenPlant, AGearTakesItsShareOfTheWeight) {
-  Plant plant;
-  HiddenEffects effects;
-  effects.offset_Nm = 1;
-  effects.gear_loss = 0.2;
-  effects.gear_loss_back = 0.5;
-  const auto moved_rad = [&](double torque_Nm) {
-    HiddenPlant hidden(plant, effects, {}, 1);
-    for (int k = 0; k < 500; ++k) hidden.step(torque_Nm);
-    const double start_rad = hidden.position_rad();
-    for (int k = 0; k < 300; ++k) hidden.step(torque_Nm);
-    return hidden.position_rad() - start_rad;
-  };
-  const double lifts_Nm = 1 / 0.8 + plant.coulomb_Nm * (1 + 0.2 * plant.load_friction_share / 0.8);
-  EXPECT_GT(moved_rad(1.02 * lifts_Nm), 0.05);
-  EXPECT_NEAR(moved_rad(0.98 * lifts_Nm), 0, 0.01);
-}
-
-TEST(HiddenPlant, ALimitALagAndADiscDoWhatTheySay) {
-  Drive drive;
-  drive.effects.limit_per_Nm = 1 / 0.1;
-  const Simulated limited = simulate(drive, {Experiment::kMultisine, 4});
-  EXPECT_NEAR(*std::max_element(limited.torque_Nm.begin(), limited.torque_Nm.end()), 0.1, 1e-3);
-
-  HiddenEffects effects;
-  effects.lag_s = 0.03;
-  HiddenPlant lags({}, effects, {}, 1);
-  for (int k = 0; k < 30; ++k) lags.step(0.03);
-  EXPECT_NEAR(lags.torque_Nm(), 0.03 * (1 - std::exp(-1)), 0.03 * 0.02);
-
-  effects = {};
-  effects.disc_rad = 0.02;
-  HiddenPlant seen({}, effects, {}, 1);
-  double most = 0;
-  for (int k = 0; k < 4000; ++k) {
-    seen.step(0.1);
-    most = std::max(most, std::abs(seen.measured_position_rad() - seen.position_rad()));
-  }
-  EXPECT_NEAR(most, 0.02, 1e-3);
-}
-
 TEST(HiddenPlant, LossOfSignLeavesMagnitudes) {
   Drive drive;
   drive.effects.unsigned_current = 1;

@@ -46,7 +46,7 @@ BaseModel known_model(const Case& drawn, std::mt19937_64& random) {
   if (!hides("viscous"))
     model.effects.push_back(
         {"viscous", {{"coefficient_Nm_s_per_rad", truth.viscous_Nm_s_per_rad * part(random, 0.97, 1.03)}}});
-  if (hides("load_friction") && drawn.unknown_cause.empty())
+  if (hides("load_friction"))
     model.effects.push_back(
         {"imbalance", {{"torque_Nm", truth.imbalance_Nm}, {"rest_position_rad", truth.rest_position_rad}}});
   return model;
@@ -90,8 +90,7 @@ void choose_columns(Case& drawn, std::mt19937_64& random) {
   const auto hides = [&](const char* effect) { return one_of_hidden(drawn, effect); };
   const double which = part(random, 0, 1);
   if (!drawn.bad_data.empty() || hides("unsigned_current")) return;
-  const bool in_actuator = hides("transport_delay") || hides("torque_deadband") ||
-                           hides("torque_saturation") || hides("torque_lag");
+  const bool in_actuator = hides("transport_delay") || hides("torque_deadband");
   drawn.measured_column = which > (in_actuator ? 0.5 : 0.15);
   drawn.command_column = in_actuator || which < 0.85;
 }
@@ -100,8 +99,7 @@ void finish(Case& drawn, std::mt19937_64& random) {
   choose_columns(drawn, random);
   // Seen from the command alone the current's lag is a delay; below half a period the program gives it no
   // name.
-  if (!drawn.measured_column && !one_of_hidden(drawn, "torque_lag") &&
-      drawn.subject.truth.current_lag_s > 0.4 / drawn.subject.rig.rate_Hz)
+  if (!drawn.measured_column && drawn.subject.truth.current_lag_s > 0.4 / drawn.subject.rig.rate_Hz)
     drawn.also_fine.insert("transport_delay");
   auto& parameters = drawn.subject.parameters;
   parameters["inertia_kg_m2"] = drawn.subject.truth.inertia_kg_m2;
@@ -147,8 +145,6 @@ Case draw_case(char case_class, int number, std::uint64_t seed) {
   if (case_class == 'f') {
     drawn.unknown_cause = unknown_causes()[static_cast<std::size_t>(number) % unknown_causes().size()];
     hide_unknown_cause(drawn.unknown_cause, drawn.subject, random);
-    if (const std::string name = library_name(drawn.unknown_cause); !name.empty())
-      drawn.hidden.push_back(name);
   }
   drawn.base = known_model(drawn, random);
   drawn.kind = case_class == 'b' ? drawn.hidden.front() : drawn.bad_data + drawn.unknown_cause;

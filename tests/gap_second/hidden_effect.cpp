@@ -142,16 +142,6 @@ void hide_deadband(Draw& d) {
   d.know("torque_deadband.threshold_Nm", d.truth.deadband_Nm);
 }
 
-void hide_saturation(Draw& d) {
-  d.truth.largest_torque_Nm = d.coulomb * d.between(1.8, 2.5);
-  d.know("torque_saturation.limit_Nm", d.truth.largest_torque_Nm);
-}
-
-void hide_lag(Draw& d) {
-  d.truth.current_lag_s = std::max(d.between(0.013, 0.025), 1.5 / d.rig.rate_Hz);
-  d.know("torque_lag.time_constant_s", d.truth.current_lag_s);
-}
-
 const std::vector<std::pair<std::string, std::function<void(Draw&)>>>& hidings() {
   static const std::vector<std::pair<std::string, std::function<void(Draw&)>>> table = {
       // Every subject has it; the base model leaves it out.
@@ -171,9 +161,7 @@ const std::vector<std::pair<std::string, std::function<void(Draw&)>>>& hidings()
       {"torque_offset", [](Draw& d) { d.truth.offset_Nm = d.coulomb * d.either_sign(0.2, 0.5); }},
       {"torque_deadband", hide_deadband},
       {"transport_delay", hide_delay},
-      {"unsigned_current", [](Draw& d) { d.subject.unsigned_current = true; }},
-      {"torque_saturation", hide_saturation},
-      {"torque_lag", hide_lag}};
+      {"unsigned_current", [](Draw& d) { d.subject.unsigned_current = true; }}};
   return table;
 }
 
@@ -226,12 +214,6 @@ const std::vector<std::string>& unknown_causes() {
   return names;
 }
 
-std::string library_name(const std::string& cause) {
-  if (cause == "gear efficiency") return "load_friction";
-  if (cause == "eccentric encoder") return "encoder_eccentricity";
-  return "";
-}
-
 bool belongs_to(const std::string& effect, const Subject& subject) {
   return subject.geared || effect != "backlash";
 }
@@ -241,7 +223,7 @@ bool go_together(const std::string& one, const std::string& other) {
       {"backlash", "elasticity", "presliding", "inertia"},
       {"torque_offset", "direction_asymmetry"},
       {"imbalance", "load_friction"},
-      {"transport_delay", "torque_deadband", "torque_lag", "torque_saturation"}};
+      {"transport_delay", "torque_deadband"}};
   const auto in = [](const std::vector<std::string>& group, const std::string& effect) {
     return std::find(group.begin(), group.end(), effect) != group.end();
   };
@@ -265,10 +247,7 @@ void take_away(const std::string& effect, Subject& subject) {
   if (effect == "direction_asymmetry") truth.asymmetry_coulomb_Nm = truth.asymmetry_viscous_Nm_s_per_rad = 0;
   if (effect == "midspeed_dip") truth.dip_depth_Nm = 0;
   if (effect == "quadratic_drag") truth.drag_Nm_s2_per_rad2 = 0;
-  if (effect == "load_friction") truth.load_friction_share = truth.transmitted_share = 0;
-  if (effect == "encoder_eccentricity") subject.rig.encoder_eccentricity_rad = 0;
-  if (effect == "torque_saturation") truth.largest_torque_Nm = 30 * truth.coulomb_Nm;
-  if (effect == "torque_lag") truth.current_lag_s = 0.0005;
+  if (effect == "load_friction") truth.load_friction_share = 0;
   if (effect == "presliding") truth.bristle_stiffness_Nm_per_rad = 0;
   if (effect == "cogging") truth.cogging_Nm = 0;
   if (effect == "imbalance") truth.imbalance_Nm = 0;

@@ -38,8 +38,6 @@ void take_away(const std::string& effect, Subject& subject);
 
 /// Causes outside any library of effects; the right answer is "unexplained".
 const std::vector<std::string>& unknown_causes();
-/// The effect of the library that means this cause, in a form of its own; empty: none does.
-std::string library_name(const std::string& cause);
 void hide_unknown_cause(const std::string& cause, Subject& subject, std::mt19937_64& random);
 
 }  // namespace gap_second

@@ -72,10 +72,9 @@ TEST(Candidates, TheirColumnsAreWhatTheEffectsDo) {
     fitted.model.effects.push_back(model::effects::make_effect("imbalance", {{"torque_Nm", 0.02}}));
     expect_columns_are_the_effects(fitted, rows, seen);
   }
-  for (const char* effect :
-       {"quadratic_drag", "stribeck", "midspeed_dip", "torque_offset", "direction_asymmetry", "thermal_drift",
-        "imbalance", "load_friction", "inertia", "presliding", "backlash", "elasticity", "torque_deadband",
-        "transport_delay", "torque_lag", "torque_saturation"})
+  for (const char* effect : {"quadratic_drag", "stribeck", "midspeed_dip", "torque_offset",
+                             "direction_asymmetry", "thermal_drift", "imbalance", "load_friction", "inertia",
+                             "presliding", "backlash", "elasticity", "torque_deadband", "transport_delay"})
     EXPECT_TRUE(seen.contains(effect)) << effect;
 }
 
