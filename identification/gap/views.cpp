@@ -12,7 +12,6 @@
 #include <unsupported/Eigen/FFT>
 
 #include "identification/gap/free_simulation.h"
-#include "identification/gap/search.h"
 #include "identification/gap/structure.h"
 #include "model/effects/effect_chain.h"
 
@@ -229,8 +228,7 @@ Simulated simulate(const model::effects::DriveModel& before, const model::effect
 Where where_of(std::string_view effect, const Eigen::VectorXd& contribution, const Rows& rows,
                const std::vector<Eigen::Index>& use) {
   const auto suits = [&]() -> ViewCoordinate {
-    if ((is_ripple(effect) && effect != "encoder_eccentricity") || effect == "imbalance" ||
-        effect == "load_friction")
+    if (effect == "cogging" || effect == "imbalance" || effect == "load_friction")
       return {"position_rad", turned};
     if (effect == "inertia" || effect == "elasticity")
       return {"acceleration_rad_per_s2", [](const Signals& s) { return s.acceleration_rad_per_s2; }};
