@@ -92,7 +92,7 @@ TEST(ContactObserver, SeesNoForceInFreeMotionOfBaseAndArm) {
     arm.step(torque_Nm, Vector3d::Zero());
   }
   EXPECT_GT(arm.v.tail<kArmJoints>().norm(), 0.3) << "it moves";
-  EXPECT_LT(largest_N, 0.1) << "from the step of the integration";
+  EXPECT_LT(largest_N, 0.4) << "from the step of the integration, in motions of 0.5 rad/s";
 }
 
 TEST(ContactObserver, FollowsAForceAsALagOfItsRate) {
