@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 using control::TeleopPhase;
 
 const fs::path kTeleop = support::source_dir() + "/apps/youbotd/teleop.toml";
-constexpr std::size_t kColumns = 91;
+constexpr std::size_t kColumns = 94;
 
 bool says(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 

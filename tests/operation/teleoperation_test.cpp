@@ -286,6 +286,7 @@ TEST(Teleoperation, AnEndEffectorThatDoesNotFollowARotationEndsItBeforeTheSpring
   auto config = teleop_rig::quick_config();
   config.control.smoothing.turn_speed_rad_per_s = 6;  // faster than any arm
   config.control.setpoint_turn_limit_rad = 1.0;
+  config.control.joint_speed_limit_rad_per_s = 10;  // which would end it, too
   Rig rig(config);
   ASSERT_TRUE(rig.run_until(TeleopPhase::kOperating));
   rig.hand.turn_to(Quaterniond(Eigen::AngleAxisd(3.0, Vector3d::UnitX())), 300ms);
@@ -515,7 +516,8 @@ Pressed press_on_wall(double wall_N_per_m, bool passivity) {
   scene.hand.hand_stiffness_N_per_m = 200;
   scene.hand.hand_damping_N_s_per_m = 0.3;
   auto config = teleop_rig::quick_config();
-  config.control.feedback.force_scale = 0.25;  // the hand feels 2800 N/m
+  config.control.feedback.force_scale = 0.25;       // the hand feels 2800 N/m
+  config.control.robot.spring.damping_ratio = 0.3;  // more keeps the end effector on the wall by itself
   config.control.tank.active = passivity;
   config.control.detect_release = false;  // it is the passivity that is looked at,
   config.torque_rate_per_s = 1000;        // and a torque rate takes some of the instability
