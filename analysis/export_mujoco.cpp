@@ -149,7 +149,7 @@ std::string bristles(const Hinge& hinge, const std::vector<Bristle>& all, const 
 std::string tendon(const Mechanics& mechanics, double timestep_s) {
   std::string text = "  <tendon>\n    <fixed name=\"shaft\"";
   if (mechanics.shaft_Nm_per_rad > 0)
-    text += fmt::format(" stiffness=\"{}\" damping=\"{}\" springlength=\"{} {}\"",
+    text += fmt::format(R"( stiffness="{}" damping="{}" springlength="{} {}")",
                         number(mechanics.shaft_Nm_per_rad), number(mechanics.shaft_Nm_s_per_rad),
                         number(-mechanics.backlash_rad / 2), number(mechanics.backlash_rad / 2));
   else {
@@ -158,10 +158,10 @@ std::string tendon(const Mechanics& mechanics, double timestep_s) {
     const double loss = std::min(mechanics.flank_loss_s_per_rad * kImpact_rad_per_s, 0.9);
     const double ratio = -std::log(1 - loss) / std::hypot(std::numbers::pi, std::log(1 - loss));
     const double damping_per_s = std::min(2 * ratio * rad_per_s, kStableDamping / timestep_s);
-    text += fmt::format(
-        " limited=\"true\" range=\"{} {}\" solreflimit=\"-{} -{}\" solimplimit=\"0.999 0.999 0.001\"",
-        number(-mechanics.backlash_rad / 2), number(mechanics.backlash_rad / 2),
-        number(rad_per_s * rad_per_s), number(damping_per_s));
+    text +=
+        fmt::format(R"( limited="true" range="{} {}" solreflimit="-{} -{}" solimplimit="0.999 0.999 0.001")",
+                    number(-mechanics.backlash_rad / 2), number(mechanics.backlash_rad / 2),
+                    number(rad_per_s * rad_per_s), number(damping_per_s));
   }
   return text +
          ">\n      <joint joint=\"drive\" coef=\"1\"/>\n      <joint joint=\"drive_load\" coef=\"-1\"/>\n"

@@ -138,11 +138,13 @@ void measure_error(SlidingFit& fit, const EffectChain& chain, std::span<const do
 
 }  // namespace
 
-double SlidingFit::level_Nm(double v) const noexcept {
-  double level = coulomb_Nm + v * (viscous_Nm_s_per_rad + v * quadratic_Nm_s2_per_rad2);
+double SlidingFit::level_Nm(double speed_rad_per_s) const noexcept {
+  double level =
+      coulomb_Nm + speed_rad_per_s * (viscous_Nm_s_per_rad + speed_rad_per_s * quadratic_Nm_s2_per_rad2);
   for (const Bristle& one : bristles)
-    level += one.sliding_Nm +
-             (one.rest_Nm - one.sliding_Nm) * model::friction::stribeck_share(v / one.velocity_rad_per_s, 2);
+    level +=
+        one.sliding_Nm + (one.rest_Nm - one.sliding_Nm) *
+                             model::friction::stribeck_share(speed_rad_per_s / one.velocity_rad_per_s, 2);
   return level;
 }
 

@@ -45,7 +45,7 @@ TEST(Tuning, ActsDuringTheRunForItsCommanderWithinTheFilesBounds) {
 
   EXPECT_TRUE(contains(ask(world, stiff(0.9), kAnother).error, "commands; stop it first"));
   EXPECT_TRUE(contains(ask(world, stiff(1.1)).error, "allows no more than"));
-  EXPECT_TRUE(contains(ask(world, stiff(0.001)).error, "soft_N_per_m"));
+  EXPECT_TRUE(contains(ask(world, stiff(0.01)).error, "soft_N_per_m"));
   const Reply later = ask(world, "set teleoperation.arm.payload_kg 0");
   EXPECT_FALSE(later.ok);
   EXPECT_TRUE(contains(later.error, "acts from the next enable on")) << later.error;

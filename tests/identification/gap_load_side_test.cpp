@@ -77,8 +77,9 @@ TEST(LoadSide, AGapBeforeARigidShaftStaysAGap) {
   const double gap_rad = 0.05;
   const model::effects::Mechanics mechanics{
       .inertia_kg_m2 = kInertia, .backlash_rad = gap_rad, .shaft_Nm_per_rad = 1e6, .load_share = 0.3};
-  const Signals s = sine(1, 10);
+  Signals s = sine(1, 10);
   const std::vector<double> none(s.size());
+  s.acceleration_rad_per_s2 = accelerations(s);
   const LoadSide load = load_side(mechanics, rubbing(0.02), s, {none, none, none});
   const auto [behind, ahead] = std::ranges::minmax(load.twist_rad);
   EXPECT_NEAR(ahead, 0.5 * gap_rad, 1e-6);
@@ -108,7 +109,7 @@ TEST(LoadSide, AStrongDamperAndAStiffShaftStayFinite) {
                                               .shaft_Nm_per_rad = stiffness,
                                               .shaft_Nm_s_per_rad = 1e3,
                                               .load_share = share};
-    const Signals s = sine(1, 10);
+    Signals s = sine(1, 10);
     const std::vector<double> torque = torque_on_motor(mechanics, rubbing(0), s);
     // Either way the load goes with the motor.
     for (std::size_t i = torque.size() / 2; i + 1 < torque.size(); ++i)
@@ -120,7 +121,7 @@ TEST(LoadSide, BehindNoGapToSpeakOfTheLoadIsRigid) {
   const double share = 0.3;
   const model::effects::Mechanics mechanics{
       .inertia_kg_m2 = kInertia, .backlash_rad = 1e-9, .load_share = share};
-  const Signals s = sine(1, 10);
+  Signals s = sine(1, 10);
   const std::vector<double> acceleration = accelerations(s);
   std::vector<double> drive_Nm;
   for (std::size_t i = 0; i < s.size(); ++i)
