@@ -13,6 +13,8 @@ set(rules
   "^drivers/usb/"       "^(drivers/usb|libusb-1\\.0)/"
   "^drivers/haptic/"    "^((drivers/usb|drivers/haptic|libusb-1\\.0|hidapi)/|drivers/(setup_error|uninterrupted)\\.h)"
   "^hal/(ethercat|haptic)/" "^(hal|Eigen|drivers)/"
+  # A part of the robots on EtherCAT and CAN.
+  "^hal/hall_reader\\.h$" "^(hal|drivers)/"
   "^hal/.*\\.h$"        "^((hal|Eigen)/|drivers/(tmcl/youbot_kind|haptic/haptic_fault)\\.h$)"
   "^hal/.*\\.cpp$"      "^(hal|Eigen|drivers)/"
   "^model/"             "^(model|Eigen)/"
@@ -33,7 +35,7 @@ set(rules
   "^operation/"         "^(operation|live|report|runtime|sim|control|model|hal|drivers|Eigen|spdlog|toml\\+\\+|nlohmann)/"
   "^analysis/"          "^(analysis|report|runtime|identification|model|hal|Eigen|spdlog|nlohmann)/"
   # No program includes another: @1 is its own folder.
-  "^apps/youbotd/"      "^(apps/youbotd|ros2|operation|live|report|runtime|control|hal|drivers|spdlog|CLI|nlohmann)/"
+  "^apps/youbotd/"      "^(apps/youbotd|ros2|operation|live|analysis|report|runtime|identification|sim|control|model|hal|drivers|Eigen|kdl|spdlog|toml\\+\\+|CLI|nlohmann)/"
   "^apps/([a-z_]+)/"    "^(apps/@1|operation|live|analysis|report|runtime|identification|sim|control|model|hal|drivers|Eigen|kdl|spdlog|toml\\+\\+|CLI|nlohmann)/")
 # The examples use the public interface only.
 list(APPEND rules "^examples/"         "^(youbot/|example_robot\\.h$)"
