@@ -161,8 +161,7 @@ ExperimentRecording::ExperimentRecording(const Description& description, bool re
       result_values_(description.result_columns.size()),
       joints_(description.joints),
       result_names_(description.result_columns),
-      reasons_(description.not_measured),
-      missing_(description.joints.size(), std::vector<bool>(description.result_columns.size())) {
+      reasons_(description.not_measured) {
   const fs::path rows_directory = description.directory / description.experiment;
   const fs::path result_directory = description.directory / description.result;
   if (!resume && holds_recording(description))
@@ -213,8 +212,8 @@ ExperimentRecording::ExperimentRecording(const Description& description, bool re
                                            {"software", runtime::build_version()}};
       std::ranges::move(reason_comments(joint, description.result_columns, reasons_),
                         std::back_inserter(result_comments));
-      result_paths_.push_back(result_directory / (joint + ".csv"));
-      results_.push_back(open(result_paths_.back(), result_comments, result_columns, finished_result));
+      results_.push_back(
+          open(result_directory / (joint + ".csv"), result_comments, result_columns, finished_result));
     }
   }
   progress_ =
@@ -306,8 +305,6 @@ void ExperimentRecording::write(const ExperimentRecord& record) {
 }
 
 void ExperimentRecording::note_missing(std::size_t joint, int measurement, std::span<const double> values) {
-  for (std::size_t i = 0; i < std::min(values.size(), result_values_); ++i)
-    if (std::isnan(values[i])) missing_[joint][i] = true;
   for (std::size_t i = 0; i < std::min(values.size(), reasons_.size()); ++i) {
     if (!std::isnan(values[i])) continue;
     not_measured_.push_back(
@@ -315,24 +312,6 @@ void ExperimentRecording::note_missing(std::size_t joint, int measurement, std::
         (reasons_[i].empty() ? result_names_[i] + " could not be computed" : reasons_[i]));
     return;  // missing values further right follow from it
   }
-}
-
-void ExperimentRecording::keep_reasons_of_missing(std::size_t joint) {
-  std::vector<std::string> reasons = reasons_;
-  for (std::size_t i = 0; i < reasons.size(); ++i)
-    if (!missing_[joint][i]) reasons[i].clear();
-  const std::string text = runtime::read_regular_file(result_paths_[joint], runtime::kMaxRecordingBytes);
-  std::string header;
-  std::size_t at = 0;
-  while (at < text.size() && text[at] == '#') {
-    const std::size_t end = std::min(text.find('\n', at), text.size() - 1) + 1;
-    if (std::string line = text.substr(at, end - at); !line.starts_with("# not_measured: ")) header += line;
-    at = end;
-  }
-  for (const Comment& comment : reason_comments(joints_[joint], result_names_, reasons))
-    header += "# " + comment.key + ": " + comment.value + "\n";
-  if (std::string rewritten = header + text.substr(at); rewritten != text)
-    runtime::write_whole_file(result_paths_[joint], rewritten);
 }
 
 bool ExperimentRecording::flush_all(std::vector<File>& files) {
@@ -347,16 +326,10 @@ void ExperimentRecording::close() noexcept {
   for (const File& file : rows_) file->close();
   for (const File& file : results_) file->close();
   progress_->close();
-  // Until here the header gave the reasons for whatever might be missing: a killed program leaves that.
-  try {
-    for (std::size_t joint = 0; joint < results_.size() && !failed(); ++joint) keep_reasons_of_missing(joint);
-  } catch (const std::exception& error) {
-    header_problems_.emplace_back(error.what());
-  }
 }
 
 std::vector<std::string> ExperimentRecording::problems() const {
-  std::vector<std::string> problems = header_problems_;
+  std::vector<std::string> problems;
   for (const auto* files : {&rows_, &results_})
     for (const File& file : *files)
       if (!file->error().empty()) problems.push_back(file->error());

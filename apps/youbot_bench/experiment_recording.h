@@ -115,8 +115,6 @@ class ExperimentRecording {
   void write(const ExperimentRecord& record);
   bool flush_all(std::vector<File>& files);
   void note_missing(std::size_t joint, int measurement, std::span<const double> values);
-  /// Removes the reasons of columns without a missing value from the header of that result.
-  void keep_reasons_of_missing(std::size_t joint);
 
   runtime::MadePaths made_;  // first: outlives the files
   bool resume_;
@@ -129,11 +127,8 @@ class ExperimentRecording {
   std::vector<std::string> result_names_;
   std::vector<std::string> reasons_;       // why results are missing, by column
   std::vector<std::string> not_measured_;  // the writer's, until close()
-  std::vector<std::filesystem::path> result_paths_;
-  std::vector<std::vector<bool>> missing_;  // by joint and column
-  std::vector<std::string> header_problems_;
-  std::vector<File> rows_;     // by joint
-  std::vector<File> results_;  // by joint, or none
+  std::vector<File> rows_;                 // by joint
+  std::vector<File> results_;              // by joint, or none
   File progress_;
   std::atomic<bool> failed_{false};
   std::vector<double> line_;                                     // the writer's
