@@ -136,8 +136,8 @@ void expect_closed_form(const TransparencyPlan& plan, const TransparencyConditio
     const Complex pen = plan.hand.device_mass_kg * s + plan.hand.device_drag_N_s_per_m;
     EXPECT_LT(relative_error(H(0, 1), coupling.at_hand * H(1, 1)), 0.02);
     // The end effector's own velocity comes from encoders through a filter, which is visible near the highest
-    // line.
-    EXPECT_LT(relative_error(H(1, 0), -motion_scale * coupling.drawing * H(1, 1)), 0.07);
+    // line; and its damping couples the axes a little, because its apparent mass does.
+    EXPECT_LT(relative_error(H(1, 0), -motion_scale * coupling.drawing * H(1, 1)), 0.11);
     EXPECT_LT(relative_error(H(0, 0), pen + coupling.at_hand * (motion_scale + H(1, 0))), 0.02);
   }
 }
