@@ -205,7 +205,7 @@ std::string Node::gid(std::size_t i, std::uint64_t publisher) const {
   dds_builtintopic_endpoint_t* const found =
       dds_get_matched_publication_data(subscriptions_[i]->reader, publisher);
   if (found == nullptr) return "a publisher that is gone";
-  const std::string text = fmt::format("{:02x}", fmt::join(found->key.v, "."));
+  std::string text = fmt::format("{:02x}", fmt::join(found->key.v, "."));
   dds_builtintopic_free_endpoint(found);
   return text;
 }

@@ -59,7 +59,7 @@ std::vector<EmpiricalTable> empirical_tables(const FittedModel& fitted, const Ro
   };
   constexpr std::array kOne{Times::kOne};
   constexpr std::array kDirection{Times::kDirection};
-  constexpr std::array kLoad{Times::kLoad};
+  constexpr std::array kByLoad{Times::kLoad};
   constexpr std::array kOfPosition{Times::kOne, Times::kDirection, Times::kVelocity};
 
   const std::vector<double> velocity = of_rows([](const Signals& s) { return s.velocity_rad_per_s; });
@@ -79,7 +79,7 @@ std::vector<EmpiricalTable> empirical_tables(const FittedModel& fitted, const Ro
   const double heaviest = value_at_share(load, 1 - kBeyond);
   if (heaviest - value_at_share(load, kBeyond) > 0.05 * heaviest) {
     add(Along::kLoad, kDirection, 0, heaviest, {3, 7});
-    add(Along::kVelocity, kLoad, slowest, fastest, {5, 9});
+    add(Along::kVelocity, kByLoad, slowest, fastest, {5, 9});
   }
   const double usual =
       value_at_share(of_rows([](const Signals& s) { return s.since_reversal_s; }), 1 - kBeyond);

@@ -58,7 +58,7 @@ class Basis {
     columns_.reserve(tables_.size());
     regressions_.reserve(tables_.size());
     for (const EmpiricalTable& table : tables_) {
-      columns_.push_back(columns_of(table, fitted, rows)(training.rows, Eigen::all));
+      columns_.emplace_back(columns_of(table, fitted, rows)(training.rows, Eigen::all));
       regressions_.emplace_back(columns_.back(), training.block, kTermFolds);
     }
   }
