@@ -44,18 +44,15 @@ double MovingParts::longest_step_s() const noexcept {
              : motor_s;
 }
 
-/// Of the laws with memory. Where effects reduce friction by more than the contact carries, by direction of
-/// the deflection, not of the velocity: a loaded joint that rings while it sticks gains no energy from that.
+/// Of the laws with memory.
 double MovingParts::laws_Nm(Mass& mass, double torque_Nm, const Effort& effort,
                             double step_s) const noexcept {
   const double friction =
       effects_.laws_Nm(mass.laws, {mass.velocity_rad_per_s, torque_Nm / mass.friction_share}, step_s);
   const double speed = std::abs(mass.velocity_rad_per_s);
-  const double direction = std::copysign(1.0, friction);
-  const double beyond = std::min(contact_level_Nm(mass, speed, direction, effort), 0.0);
-  if (beyond == 0) return mass.friction_share * friction;
-  const double steady = direction * effects_.steady_laws_Nm(std::copysign(speed, direction));
-  return mass.friction_share * friction * std::max(1 + beyond / steady, 0.0);
+  return mass.friction_share *
+         effects_.reduced_laws_Nm(friction, speed,
+                                  contact_level_Nm(mass, speed, std::copysign(1.0, friction), effort));
 }
 
 double MovingParts::move(Mass& mass, double torque_Nm, const Effort& effort, double step_s) noexcept {

@@ -39,11 +39,13 @@ Friction friction(const model::effects::EffectChain& chain, const model::effects
     double& torque_Nm = result.torque_Nm[i];
     const double v = s.velocity_rad_per_s[i];
     const model::effects::Slide slide = slide_at(s, i, load[i], inertia);
-    const double laws_Nm = chain.laws_Nm(laws, {v, 0}, s.period_s);
     const auto level_Nm = [&](double direction) {
-      return std::max(chain.contact_level_Nm(towards(slide, direction)),
-                      laws.empty() ? 0.0 : -std::abs(laws_Nm));
+      return std::max(chain.contact_level_Nm(towards(slide, direction)), 0.0);
     };
+    double laws_Nm = chain.laws_Nm(laws, {v, 0}, s.period_s);
+    if (!laws.empty())
+      laws_Nm = chain.reduced_laws_Nm(laws_Nm, std::abs(v),
+                                      chain.contact_level_Nm(towards(slide, std::copysign(1.0, laws_Nm))));
     if (contact == nullptr) {
       const double forward = 0.5 + 0.5 * s.direction[i];
       torque_Nm = laws_Nm;
@@ -51,8 +53,8 @@ Friction friction(const model::effects::EffectChain& chain, const model::effects
       if (1 - forward > kNever) torque_Nm -= (1 - forward) * level_Nm(-1);
       continue;
     }
-    const double forward = std::max(level_Nm(+1), 0.0);
-    const double backward = std::max(level_Nm(-1), 0.0);
+    const double forward = level_Nm(+1);
+    const double backward = level_Nm(-1);
     const double moved = i > 0 ? s.position_rad[i] - s.position_rad[i - 1] : 0;
     const double before_Nm =
         std::exchange(spring_Nm, model::friction::dahl_force(spring_Nm, moved, bristle.stiffness_Nm_per_rad,

@@ -41,7 +41,7 @@ EffectChain::EffectChain(std::span<const AnyEffect> effects) : effects_(effects.
         },
         any);
     if (const auto* coulomb = std::get_if<Coulomb>(&any)) coulomb_Nm_ += coulomb->parameters().torque_Nm;
-    if (const auto* gear = std::get_if<LoadFriction>(&any)) gear_ = *gear;
+    if (const auto* gear = std::get_if<LoadFriction>(&any)) gears_.push_back(*gear);
     if (const auto* law = std::get_if<FrictionLaw>(&any); law != nullptr && law->has_memory())
       laws_.push_back(*law);
   }
@@ -79,14 +79,15 @@ double EffectChain::sliding_Nm(const Slide& slide, const Use& use) const noexcep
 }
 
 double EffectChain::gear_loss_Nm(const Slide& slide, double sliding_Nm) const noexcept {
-  if (!gear_) return 0;
   const double own_Nm = slide.direction * slide.inertial_Nm + sliding_Nm;
-  return gear_->loss_Nm(gear_->transmitted_Nm(slide.direction * slide.load_Nm, own_Nm));
+  double loss_Nm = 0;
+  for (const LoadFriction& gear : gears_)
+    loss_Nm += gear.loss_Nm(gear.transmitted_Nm(slide.direction * slide.load_Nm, own_Nm));
+  return loss_Nm;
 }
 
 double EffectChain::level_Nm(const Slide& slide) const noexcept {
-  const double sliding = std::max(sliding_Nm(slide, kEachEffect), 0.0);
-  return sliding + gear_loss_Nm(slide, sliding);
+  return std::max(signed_level_Nm(slide), 0.0);
 }
 
 double EffectChain::signed_level_Nm(const Slide& slide) const noexcept {
@@ -101,9 +102,11 @@ double EffectChain::contact_level_Nm(const Slide& slide) const noexcept {
 
 double EffectChain::contact_level_under_Nm(const Slide& slide, double motor_Nm) const noexcept {
   const double sliding = sliding_Nm(slide, kWithoutMemory);
-  if (!gear_) return sliding;
-  return sliding + gear_->loss_Nm(gear_->transmitted_under_Nm(slide.direction * slide.load_Nm,
-                                                              slide.direction * motor_Nm));
+  double loss_Nm = 0;
+  for (const LoadFriction& gear : gears_)
+    loss_Nm +=
+        gear.loss_Nm(gear.transmitted_under_Nm(slide.direction * slide.load_Nm, slide.direction * motor_Nm));
+  return sliding + loss_Nm;
 }
 
 double EffectChain::laws_Nm(std::span<friction::State> states, const friction::Contact& contact,
@@ -111,6 +114,14 @@ double EffectChain::laws_Nm(std::span<friction::State> states, const friction::C
   double torque_Nm = 0;
   for (std::size_t i = 0; i < laws_.size(); ++i) torque_Nm += laws_[i].law().step(states[i], contact, step_s);
   return torque_Nm;
+}
+
+double EffectChain::reduced_laws_Nm(double laws_Nm, double speed_rad_per_s,
+                                    double contact_level_Nm) const noexcept {
+  if (!(contact_level_Nm < 0)) return laws_Nm;
+  const double direction = std::copysign(1.0, laws_Nm);
+  const double steady = direction * steady_laws_Nm(std::copysign(speed_rad_per_s, direction));
+  return laws_Nm * std::max(1 + contact_level_Nm / steady, 0.0);
 }
 
 double EffectChain::steady_laws_Nm(double velocity_rad_per_s) const noexcept {

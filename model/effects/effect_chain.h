@@ -35,7 +35,11 @@ class EffectChain {
   /// Their friction against positive motion at the end of a step, as friction::Law::step().
   double laws_Nm(std::span<friction::State> states, const friction::Contact& contact,
                  double step_s) const noexcept;
-  /// The same after a long time at this velocity.
+  /// Friction of these laws where the other effects reduce friction by more than the contact carries:
+  /// `contact_level_Nm` is that in the direction of `laws_Nm`. By that direction, not by that of the
+  /// velocity: a loaded joint that rings while it sticks gains no energy.
+  double reduced_laws_Nm(double laws_Nm, double speed_rad_per_s, double contact_level_Nm) const noexcept;
+  /// The same as laws_Nm() after a long time at this velocity.
   double steady_laws_Nm(double velocity_rad_per_s) const noexcept;
   /// Longest stable step of the friction laws, with and without memory, on a part of the joint with this
   /// inertia and share of the friction; infinite without laws.
@@ -70,7 +74,7 @@ class EffectChain {
   std::vector<AnyEffect> effects_;
   std::vector<FrictionLaw> laws_;         // those with memory
   std::vector<ActuatorMemory> memories_;  // one per effect that acts on the actuator
-  std::optional<LoadFriction> gear_;
+  std::vector<LoadFriction> gears_;
   double coulomb_Nm_ = 0;
   bool acts_on_encoder_ = false;
 };

@@ -82,7 +82,8 @@ double Empirical::load_Nm(double position_rad) const noexcept {
   return load;
 }
 
-double Empirical::least_level_Nm(double speed_rad_per_s, double direction) const noexcept {
+double Empirical::least_level_Nm(double speed_rad_per_s, double direction,
+                                 double largest_load_Nm) const noexcept {
   double level = 0;
   for (const Term& term : terms_) {
     if (term.is_load()) continue;
@@ -90,7 +91,9 @@ double Empirical::least_level_Nm(double speed_rad_per_s, double direction) const
       case Times::kOne: level += direction * term.table.at(direction * speed_rad_per_s); break;
       case Times::kDirection: level += term.table.least(); break;
       case Times::kVelocity: level += speed_rad_per_s * term.table.least(); break;
-      case Times::kLoad: level += std::min(0.0, term.table.least()); break;
+      case Times::kLoad:
+        level += largest_load_Nm * std::min(0.0, term.table.at(direction * speed_rad_per_s));
+        break;
     }
   }
   return level;

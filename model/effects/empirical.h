@@ -23,8 +23,8 @@ namespace model::effects {
 /// [additive models: T. Hastie, R. Tibshirani, Statistical Science 1:297, 1986]
 class Empirical {
  public:
-  /// Quantity x of a table. Velocity: with its sign. Load: magnitude of the other torque in the transmission
-  /// (Sliding::load_Nm). Turn: position within one turn.
+  /// Quantity x of a table. Velocity: with its sign. Load: magnitude of its torque (Sliding::load_Nm). Turn:
+  /// position within one turn.
   enum class Along : std::uint8_t { kVelocity, kPosition, kTurn, kLoad, kSinceReversal };
   /// The factor. Velocity: with its sign. Load: with the sign of the velocity.
   enum class Times : std::uint8_t { kOne, kDirection, kVelocity, kLoad };
@@ -56,8 +56,7 @@ class Empirical {
   static constexpr std::string_view kName = "empirical";
   static constexpr std::string_view kShows =
       "structure in the residual over velocity, position, direction, load or time since reversal that no "
-      "named "
-      "effect explains";
+      "named effect explains";
   static constexpr std::size_t kMaxTerms = 8;
   static constexpr std::size_t kMaxValues = 256;  ///< of one table
 
@@ -72,7 +71,7 @@ class Empirical {
   double load_Nm(double position_rad) const noexcept;
   /// The smallest friction at a velocity, whatever the position, the load and the time since reversal; for a
   /// compensator, which must not exceed friction.
-  double least_level_Nm(double speed_rad_per_s, double direction) const noexcept;
+  double least_level_Nm(double speed_rad_per_s, double direction, double largest_load_Nm) const noexcept;
 
  private:
   std::vector<Term> terms_;

@@ -38,22 +38,10 @@ void add(model::PositionTorque& torque, const Empirical& empirical) {
 }  // namespace
 
 model::JointResistance resistance_of(const DriveModel& model) {
-  std::vector<AnyEffect> named = with_least_friction(model.effects);
-  std::vector<Empirical> unnamed;
-  for (const AnyEffect& any : named)
-    if (const auto* empirical = std::get_if<Empirical>(&any)) unnamed.push_back(*empirical);
-  std::erase_if(named, [](const AnyEffect& any) { return std::holds_alternative<Empirical>(any); });
-  const EffectChain effects(named);
-  const auto sliding_Nm = [&](double velocity_rad_per_s) {
+  const LeastFriction least(model);
+  const auto sliding_Nm = [&least](double velocity_rad_per_s) {
     const double direction = std::copysign(1.0, velocity_rad_per_s);
-    const double speed = std::abs(velocity_rad_per_s);
-    const auto after = [&](double running_s) {
-      double level =
-          effects.signed_level_Nm({.speed_rad_per_s = speed, .direction = direction, .running_s = running_s});
-      for (const Empirical& empirical : unnamed) level += empirical.least_level_Nm(speed, direction);
-      return std::max(level, 0.0);
-    };
-    return direction * std::min(after(0), after(std::numeric_limits<double>::infinity()));
+    return direction * std::max(least.level_Nm(std::abs(velocity_rad_per_s), direction), 0.0);
   };
   model::JointResistance resistance{.sliding = {sliding_Nm, model::friction::kLawGrid}};
   for (const AnyEffect& any : model.effects)
