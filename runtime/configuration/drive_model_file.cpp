@@ -27,12 +27,24 @@ constexpr std::string_view kFormat = "youbot-drive-model/1";
 /// All of them act in each cycle.
 constexpr std::size_t kMaxEffects = 32;
 
-/// Their defaults are not zero. Those of a gap are newer than the format: files without them stay valid.
-constexpr std::array<std::string_view, 4> kWithDefault{"exponent", "friction_ratio", "impact_loss_s_per_rad",
-                                                       "flank_Hz"};
+/// Parameters whose defaults are not zero and that a file may leave out, by effect (empty: any). Those of a
+/// gap and of a gear's loss are newer than the format: files without them stay valid.
+struct WithDefault {
+  std::string_view effect;
+  std::string_view parameter;
+};
+constexpr std::array kWithDefault{WithDefault{"", "exponent"},
+                                  WithDefault{"backlash", "friction_ratio"},
+                                  WithDefault{"backlash", "impact_loss_s_per_rad"},
+                                  WithDefault{"backlash", "flank_Hz"},
+                                  WithDefault{"load_friction", "backdriving_ratio"},
+                                  WithDefault{"position_friction", "periods_per_rev"},
+                                  WithDefault{"encoder_eccentricity", "periods_per_rev"}};
 
-bool may_be_absent(const ParameterDescription& parameter) {
-  return parameter.initial == 0 || std::ranges::find(kWithDefault, parameter.name) != kWithDefault.end();
+bool may_be_absent(std::string_view effect, const ParameterDescription& parameter) {
+  return parameter.initial == 0 || std::ranges::any_of(kWithDefault, [&](const WithDefault& one) {
+           return one.parameter == parameter.name && (one.effect.empty() || one.effect == effect);
+         });
 }
 
 constexpr auto kFamilies = {&model::effects::effect_descriptions, &model::effects::friction_law_effects};
@@ -50,7 +62,7 @@ void read_parameters(TomlTable& table, const EffectDescription& effect, bool is_
   for (const ParameterDescription& parameter : effect.parameters) {
     double value = parameter.initial;
     table.number(parameter.name, value,
-                 {parameter.lower, parameter.upper, !is_law && !may_be_absent(parameter)});
+                 {parameter.lower, parameter.upper, !is_law && !may_be_absent(effect.name, parameter)});
     values.push_back({parameter.name, value});
   }
   try {

@@ -93,6 +93,20 @@ TEST_F(DriveModelFile, ATorqueWithoutANameReadsBackToTheLastDigit) {
   EXPECT_NE(text.find("the last value holds"), std::string::npos) << "the range of validity";
 }
 
+TEST_F(DriveModelFile, EffectsWithoutTheirLaterParametersAreRead) {
+  const DriveModel model = read(std::string(kHead) +
+                                "[[effect]]\ntype = \"load_friction\"\nshare = 0.2\n"
+                                "[[effect]]\ntype = \"position_friction\"\namplitude_Nm = 0.01\n"
+                                "[[effect]]\ntype = \"encoder_eccentricity\"\namplitude_rad = 0.001\n");
+  ASSERT_EQ(model.effects.size(), 3U);
+  EXPECT_EQ(model::effects::parameter_of(model.effects[0], "backdriving_ratio"), 1);
+  EXPECT_EQ(model::effects::parameter_of(model.effects[0], "load_share"), 0);
+  EXPECT_EQ(model::effects::parameter_of(model.effects[1], "periods_per_rev"), 1);
+  EXPECT_EQ(model::effects::parameter_of(model.effects[2], "periods_per_rev"), 1);
+  EXPECT_EQ(problems(std::string(kHead) + "[[effect]]\ntype = \"torque_ripple\"\nshare = 0.02\n").size(), 1U)
+      << "which ripple";
+}
+
 TEST_F(DriveModelFile, ATermThatIsNoneIsRefusedWithItsLine) {
   const std::string effect = std::string(kHead) + "[[effect]]\ntype = \"empirical\"\n";
   EXPECT_EQ(problems(effect),
