@@ -60,8 +60,8 @@ class Run {
   /// Concurrently with the cycle, by the thread that created it: keys of the settings that act during the
   /// run.
   virtual std::span<const std::string_view> tunable() const { return {}; }
-  /// Likewise: `config` differs from that of the run in those settings only.
-  virtual void tune(const Config& /*config*/) {}
+  /// Likewise: takes the value of one of these keys from `config`.
+  virtual void tune(std::string_view /*key*/, const Config& /*config*/) {}
 
   /// After the last cycle: closes the recording and writes the fault report, with the last `frames` of the
   /// bus (may be null). Call once.

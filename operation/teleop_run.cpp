@@ -1,13 +1,13 @@
 #include "operation/teleop_run.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <memory>
 #include <utility>
 
 #include "operation/teleop_page.h"
 #include "operation/teleop_recording.h"
+#include "operation/tunable.h"
 
 namespace operation {
 namespace {
@@ -66,6 +66,7 @@ TeleopRun::TeleopRun(const Config& config, const RunOptions& options, hal::Robot
                      std::function<void(const TeleopRecord&)> after_cycle)
     : RecordedRun(config, options, around(config, options, robot, truth != nullptr, std::move(after_cycle)),
                   cycle_config(config, master.info()), robot, master),
+      tuned_(config),
       robot_(robot),
       master_(master),
       truth_(truth) {
@@ -105,18 +106,11 @@ Progress TeleopRun::progress() const noexcept {
           .silent_checks = cycle_.silent_checks()};
 }
 
-std::span<const std::string_view> TeleopRun::tunable() const {
-  // Those of control::TeleopTuning.
-  static constexpr std::array<std::string_view, 7> kKeys{
-      "teleoperation.coupling.stiff_N_per_m", "teleoperation.coupling.stiff_Nm_per_rad",
-      "teleoperation.feedback.contact_share", "teleoperation.feedback.enabled",
-      "teleoperation.feedback.force_scale",   "teleoperation.mapping.motion_scale",
-      "teleoperation.mapping.rate_m_per_s"};
-  return kKeys;
-}
+std::span<const std::string_view> TeleopRun::tunable() const { return tunable_keys(); }
 
-void TeleopRun::tune(const Config& config) {
-  cycle_.task().tune(control::Teleoperation::tuning_of(fit_to_master(config.teleoperation, master_.info())));
+void TeleopRun::tune(std::string_view key, const Config& config) {
+  copy_tunable(key, config, tuned_);
+  cycle_.task().tune(control::Teleoperation::tuning_of(fit_to_master(tuned_.teleoperation, master_.info())));
 }
 
 std::string TeleopRun::stop_reason() {

@@ -44,7 +44,7 @@ class TeleopRun final : public RecordedRun<TeleopCycle, TeleopRecord, TeleopSumm
 
   Progress progress() const noexcept override;
   std::span<const std::string_view> tunable() const override;
-  void tune(const Config& config) override;
+  void tune(std::string_view key, const Config& config) override;
   control::TeleopPhase phase() const noexcept { return cycle_.task().phase(); }
   const Eigen::Isometry3d& X_WT() const noexcept { return cycle_.task().X_WT(); }  ///< from the joints
 
@@ -54,6 +54,7 @@ class TeleopRun final : public RecordedRun<TeleopCycle, TeleopRecord, TeleopSumm
   bool sum_up(TeleopRecord& record) noexcept override;
   std::string stop_reason() override;
 
+  Config tuned_;  // as at the start, but for what was tuned since
   hal::Robot& robot_;
   hal::HapticDevice& master_;
   const sim::MobileManipulator* truth_;

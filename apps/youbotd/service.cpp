@@ -14,7 +14,9 @@
 
 #include "operation/base_run.h"
 #include "operation/hold_source.h"
+#include "operation/setting_bounds.h"
 #include "operation/teleop_run.h"
+#include "operation/tunable.h"
 #include "runtime/configuration/plausibility_config.h"
 #include "runtime/log.h"
 #include "runtime/program/control_socket.h"
@@ -321,6 +323,7 @@ void Service::enable(const Peer& peer) {
   const operation::Config config = options_.configuration(settings_);
   require_same_devices(config);
   if (master_.device) open_master_again();
+  file_at_enable_ = options_.configuration({});
   const operation::RunOptions options = next_run();
   operation::VelocitySource* velocity = nullptr;
   run_ = make_run(config, options, &velocity);
@@ -469,8 +472,14 @@ void Service::set(const Peer& peer, const std::string& key, const std::string& v
   if (config.teleoperated != config_.teleoperated)
     throw Refusal("'" + key + "' is for teleoperation, and " + options_.config_file.string() +
                   " has none: start youbotd with one that has");
+  if (run_) {
+    // The file may have been edited since the enable: of it, only this key counts, and it keeps its ceiling.
+    operation::Config tuned = *file_at_enable_;
+    operation::copy_tunable(key, config, tuned);
+    operation::require_no_weaker(tuned, *file_at_enable_, options_.config_file);
+    run_->tune(key, tuned);
+  }
   settings_ = std::move(settings);
-  if (run_) run_->tune(config);
   spdlog::info("{} set {} = {}", peer.name, key, value);
 }
 
@@ -478,8 +487,8 @@ void Service::unset(const Peer& peer, const std::string& key) {
   require_settable(key);
   std::map<std::string, std::string> settings = settings_;
   if (settings.erase(key) == 0) throw Refusal("'" + key + "' is not set: status lists what is");
-  if (run_) run_->tune(options_.configuration(settings));
-  // With the drives off even if the rest is invalid: enable reports it, and another unset may fix it.
+  if (run_) run_->tune(key, *file_at_enable_);
+  // Even if the rest is invalid: enable reports it, and another unset may fix it.
   settings_ = std::move(settings);
   spdlog::info("{} unset {}", peer.name, key);
 }

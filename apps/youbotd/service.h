@@ -163,6 +163,7 @@ class Service final : public ControlServer::Listener {
   std::string fault_;                // that ended the last run
   bool fault_acknowledged_ = false;  // by an order of its own
   std::filesystem::path fault_report_;
+  std::optional<operation::Config> file_at_enable_{};  // ceilings of the run under way
   control::PlanarPose X_WB_{};         // pose of the base after the runs, without a haptic device
   std::filesystem::path recorded_to_;  // by the current or last run; empty: nothing
   std::optional<operation::RecordingState> recording_;  // of it

@@ -1,3 +1,7 @@
+#include <algorithm>
+#include <array>
+#include <string>
+
 #include "tests/faults/kinds.h"
 
 namespace faults {
@@ -102,11 +106,12 @@ std::vector<Kind> hand_kinds() {
        .on = Kind::On::kManipulator,
        .begin =
            [](World& world, const Event& e) {
-             const char* const request = e.size < 0.25   ? "set teleoperation.coupling.stiff_N_per_m 150"
-                                         : e.size < 0.5  ? "set teleoperation.mapping.motion_scale 0.3"
-                                         : e.size < 0.75 ? "set teleoperation.feedback.enabled false"
-                                                         : "set teleoperation.mapping.rate_m_per_s 0.02";
-             (void)world.ask(kCommander, request);
+             constexpr auto kSettings = std::to_array<const char*>(
+                 {"coupling.stiff_N_per_m 150", "mapping.motion_scale 0.3", "feedback.enabled false",
+                  "mapping.rate_m_per_s 0.02", "feedback.contact_share 0.5", "feedback.force_scale 20"});
+             const auto which = static_cast<std::size_t>(e.size * kSettings.size());
+             (void)world.ask(kCommander, std::string("set teleoperation.") +
+                                             kSettings[std::min(which, kSettings.size() - 1)]);
            }},
       pen<&PenFaults::unplugged>("pen-unplugged"),
       pen<&PenFaults::broken>("pen-broken"),

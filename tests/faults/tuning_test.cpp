@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <fstream>
 #include <string>
 
 #include "tests/faults/world.h"
@@ -30,6 +31,20 @@ testing::AssertionResult comes_to(World& world, const std::string& phase) {
   return last == phase ? testing::AssertionSuccess() : testing::AssertionFailure() << last;
 }
 
+void run_for_three_seconds(World& world) {
+  for (int tenth = 0; tenth < 30; ++tenth) {
+    for (int i = 0; i < 100; ++i) world.step();
+    (void)ask(world, "alive");
+  }
+}
+
+/// Disables, and reads the recording of the run.
+double stiffness_at_the_end(World& world) {
+  EXPECT_TRUE(ask(world, "disable").ok);
+  for (int i = 0; i < 500; ++i) world.step();
+  return support::Recording(world.recordings() / "run-1" / "teleoperation.csv")["stiffness_N_per_m"].back();
+}
+
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != text.npos; }
 
 TEST(Tuning, ActsDuringTheRunForItsCommanderWithinTheFilesBounds) {
@@ -55,15 +70,26 @@ TEST(Tuning, ActsDuringTheRunForItsCommanderWithinTheFilesBounds) {
   EXPECT_TRUE(ask(world, stiff(0.9)).ok);
   EXPECT_EQ(ask(world, "status").status["settings"].size(), 1);
   ASSERT_TRUE(comes_to(world, "operating"));
-  for (int tenth = 0; tenth < 30; ++tenth) {
-    for (int i = 0; i < 100; ++i) world.step();
-    (void)ask(world, "alive");
-  }
-  EXPECT_TRUE(ask(world, "disable").ok);
-  for (int i = 0; i < 500; ++i) world.step();
-  const support::Recording recording(world.recordings() / "run-1" / "teleoperation.csv");
-  EXPECT_NEAR(recording["stiffness_N_per_m"].back(),
-              0.9 * world.config().teleoperation.stiff.translation_N_per_m, 1e-3);
+  run_for_three_seconds(world);
+  EXPECT_NEAR(stiffness_at_the_end(world), 0.9 * world.config().teleoperation.stiff.translation_N_per_m,
+              1e-3);
+}
+
+TEST(Tuning, OfAFileThatIsEditedDuringTheRunNothingActs) {
+  World world(faults::Machine::kManipulator, 1);
+  world.start_daemon();
+  ASSERT_TRUE(world.daemon_runs()) << world.start_error();
+  for (int i = 0; i < 2000 && !ask(world, "enable").ok; ++i) world.step();
+  ASSERT_TRUE(comes_to(world, "operating"));
+  const double stiff_N_per_m = world.config().teleoperation.stiff.translation_N_per_m;
+  std::ofstream(world.folder() / "youbotd.toml",
+                std::ios::app)  // in its last table, [teleoperation.coupling]
+      << "stiff_N_per_m = " << 2 * stiff_N_per_m << '\n';
+  const auto more = "set teleoperation.coupling.stiff_N_per_m " + std::to_string(1.5 * stiff_N_per_m);
+  EXPECT_FALSE(ask(world, more).ok) << "the ceiling of the edited file";
+  EXPECT_TRUE(ask(world, "set teleoperation.mapping.motion_scale 0.5").ok);
+  run_for_three_seconds(world);
+  EXPECT_NEAR(stiffness_at_the_end(world), stiff_N_per_m, 1e-3);
 }
 
 }  // namespace tuning_test
