@@ -55,6 +55,7 @@ void ContactObserver::step(const Input& input) noexcept {
   Eigen::Matrix3d information = input.J_WT * weight.asDiagonal() * input.J_WT.transpose();
   information.diagonal().array() += 1 / (kPrior_N * kPrior_N);
   force_W_N_ = information.ldlt().solve(input.J_WT * weight.cwiseProduct(external_Nm_));
+  if (!external_Nm_.allFinite() || !force_W_N_.allFinite()) reset();
 }
 
 }  // namespace control

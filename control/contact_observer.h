@@ -16,7 +16,8 @@ namespace control {
 /// the gripper's tip].
 ///
 /// The friction of a joint at rest is that of its last motion, held: it is right for a joint that was driven
-/// into a contact, and wrong by up to twice the Coulomb friction for one that is relaxed without moving.
+/// into a contact, and wrong by up to twice the Coulomb friction for one that is relaxed without moving. A
+/// result that is not finite restarts it.
 /// One thread. Cycle: all but construction.
 class ContactObserver {
  public:

@@ -19,6 +19,7 @@ struct ForceFeedback {
   /// f_W. At rest both parts are equal but for the friction that the spring overcomes.
   Eigen::Vector3d felt_W_N(const Eigen::Vector3d& spring_W_N,
                            const Eigen::Vector3d& contact_W_N) const noexcept {
+    if (contact_share == 0) return spring_W_N;
     return (1 - contact_share) * spring_W_N - contact_share * contact_W_N;
   }
 

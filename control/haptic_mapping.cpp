@@ -58,6 +58,7 @@ void HapticMapping::index(const Grip& grip, const TipPose& target) noexcept {
 }
 
 void HapticMapping::set_motion_scale(double scale, const Grip& grip) noexcept {
+  if (scale == config_.motion_scale) return;
   offset_W_m_ += (config_.motion_scale - scale) * turned_H_W(grip.p_HD_m);
   config_.motion_scale = scale;
 }

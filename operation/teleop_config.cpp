@@ -127,6 +127,8 @@ void read_feedback(TomlTable table, Teleoperation::Config& control) {
   table.number("force_limit_N", control.feedback.force_limit_N, {.min = 0.1, .max = 12});
   table.number("contact_share", control.feedback.contact_share, {.min = 0, .max = 1});
   table.boolean("passivity", control.tank.active);
+  if (control.feedback.contact_share > 0 && !control.tank.active)
+    table.refuse("contact_share", "needs 'teleoperation.feedback.passivity': the observed force comes late");
   table.number("reserve_J", control.tank.reserve_J, {.min = 1e-5, .max = 1});
   table.number("damping_N_s_per_m", control.tank.damping_N_s_per_m, {.min = 0, .max = 50});
   table.boolean("detect_release", control.detect_release);

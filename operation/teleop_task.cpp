@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -79,6 +80,16 @@ constexpr const char* kSetpointTurnedTooFar =
 std::array<double, 3> numbers(const Eigen::Vector3d& v) noexcept { return {v.x(), v.y(), v.z()}; }
 std::array<double, 4> numbers(const Eigen::Quaterniond& q) noexcept { return {q.w(), q.x(), q.y(), q.z()}; }
 
+/// Empty unless the arm is under torque control.
+std::optional<control::ArmVector> arm_torque_Nm(const hal::RobotCommand& command) noexcept {
+  control::ArmVector torque_Nm;
+  for (std::size_t i = kWheels; i < kJoints; ++i) {
+    if (command.joints[i].mode != hal::CommandMode::kTorque) return std::nullopt;
+    torque_Nm[static_cast<Eigen::Index>(i - kWheels)] = command.joints[i].target;
+  }
+  return torque_Nm;
+}
+
 bool is_over(Phase phase) noexcept { return phase == Phase::kOff || phase == Phase::kFaulted; }
 
 }  // namespace
@@ -115,7 +126,9 @@ void TeleopTask::read(const Moment& moment) noexcept {
     input_.wheel_position_rad[static_cast<Eigen::Index>(i)] = sample.joints[i].position_rad;
   for (std::size_t i = kWheels; i < kJoints; ++i)
     input_.arm_position_rad[static_cast<Eigen::Index>(i - kWheels)] = sample.joints[i].position_rad;
-  input_.arm_torque_Nm = sent_Nm_;
+  // The command of the last exchange acted until this sample.
+  input_.arm_torque_Nm = acting_Nm_;
+  acting_Nm_ = arm_torque_Nm(moment.sent);
   input_.arm_homed = std::all_of(sample.joints.begin() + kWheels, sample.joints.begin() + kJoints,
                                  [](const hal::JointSample& joint) { return joint.homed; });
   input_.master_ready = master_status_.ok();
@@ -202,12 +215,6 @@ void TeleopTask::apply(hal::RobotCommand& command) noexcept {
         joint = hal::JointCommand::torque_Nm(torque_to_send(i, target, following && had_torque));
         break;
     }
-  }
-  sent_Nm_.reset();
-  if (output_.arm == TeleopOutput::Arm::kTorque) {
-    sent_Nm_.emplace();
-    for (std::size_t i = kWheels; i < kJoints; ++i)
-      (*sent_Nm_)[static_cast<Eigen::Index>(i - kWheels)] = command.joints[i].target;
   }
   command.grippers[0] = {output_.move_gripper, output_.gripper_opening_m};
   for (std::size_t i = 0; i < kJoints; ++i) record_.command[i] = command.joints[i].target;

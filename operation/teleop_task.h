@@ -69,7 +69,7 @@ class TeleopTask final : public runtime::Task {
   hal::NewestValue<control::TeleopTuning> tuning_;
   control::TeleopInput input_;
   control::TeleopOutput output_;
-  std::optional<control::ArmVector> sent_Nm_;  // to the arm, in the last cycle
+  std::optional<control::ArmVector> acting_Nm_;  // on the arm since the last sample
   hal::HapticCommand master_command_;
   hal::HapticSample master_sample_;
   hal::HapticStatus master_status_{};
