@@ -89,6 +89,8 @@ std::vector<ServoRun> servo_runs(const std::vector<Source>& sources, const model
                  .velocity_rad_per_s = {},
                  .enabled = column_or(recording, "servo_enabled", 1)};
     run.velocity_rad_per_s = rate_of(run.position_rad, run.time_s);
+    const auto finite = [](double value) { return std::isfinite(value); };
+    if (!std::ranges::all_of(run.time_s, finite) || !std::ranges::all_of(run.position_rad, finite)) continue;
     runs.push_back(std::move(run));
   }
   return runs;
@@ -129,8 +131,12 @@ std::vector<double> closed_loop_position_rad(const model::effects::DriveModel& m
   const int steps = std::max(1, static_cast<int>(std::ceil(period_s / kServoStep_s)));
   const double step_s = period_s / steps;
   sim::ModelDrive drive(model, step_s);
-  drive.set_position(run.position_rad.front());
-  drive.set_velocity(run.velocity_rad_per_s.front());
+  // The recording has what the encoder reports.
+  const model::effects::EffectChain::Motion motion =
+      model::effects::EffectChain(model.effects)
+          .motion_behind({run.position_rad.front(), run.velocity_rad_per_s.front(), 0});
+  drive.set_position(motion.position_rad);
+  drive.set_velocity(motion.velocity_rad_per_s);
   model::Servo servo(run.law);
   std::vector<double> position;
   double now_s = run.time_s.front();

@@ -22,7 +22,7 @@ constexpr std::size_t kFastBins = 1 << 18;
 constexpr double kFastBin_rad = kFullTurn_rad / (1 << 14);
 /// Below this share of the raw rate, a ripple is not confused with its alias.
 constexpr double kMaxRateShare = 0.4;
-/// Power over the median of the spectrum. Of noise, the largest of 2^17 exceeds the median 17 times.
+/// Power over the median of the spectrum. Of noise, the largest of 2^16 exceeds the median 16 times.
 constexpr double kFarAbove = 40;
 /// All parts of the data have the ripple: number, distance from the mean phase, and amplitude ratio. A tone
 /// in time has another phase in each.
@@ -132,9 +132,9 @@ std::string fast_ripple_note(std::span<const Signals> signals) {
   return "The measured torque repeats " + short_number(ripple->periods_per_rev) + " times a turn with " +
          short_number(ripple->amplitude_Nm) + " N·m, above the analysed band of " +
          short_number(signals.front().band_Hz) +
-         " Hz: a ripple of the motor or of its current sensor that is not in the model. Record more slowly "
-         "to "
-         "name it.";
+         " Hz: a ripple of the motor or of its current sensor. The search does not see it; recordings at "
+         "lower "
+         "speed bring it into the band.";
 }
 
 }  // namespace identification::gap

@@ -139,6 +139,17 @@ Eigen::VectorXd half_widths_of(const Eigen::MatrixXd& jacobian, const Eigen::Vec
   return widest;
 }
 
+/// Friction laws, and effects that the search does not look for: how far their parameters may move without
+/// losing a ripple's phase, or being taken for the lag of the recording, is not known here.
+bool is_given(const AnyEffect& effect) {
+  return std::holds_alternative<model::effects::FrictionLaw>(effect) ||
+         std::holds_alternative<model::effects::PositionFriction>(effect) ||
+         std::holds_alternative<model::effects::TorqueRipple>(effect) ||
+         std::holds_alternative<model::effects::EncoderEccentricity>(effect) ||
+         std::holds_alternative<model::effects::TorqueLag>(effect) ||
+         std::holds_alternative<model::effects::TorqueSaturation>(effect);
+}
+
 }  // namespace
 
 std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows& rows) {
@@ -162,7 +173,7 @@ std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows
   }
   for (std::size_t i = 0; i < fitted.model.effects.size(); ++i) {
     const AnyEffect& effect = fitted.model.effects[i];
-    if (std::holds_alternative<model::effects::FrictionLaw>(effect)) continue;
+    if (is_given(effect)) continue;
     for (const auto& parameter : model::effects::description_of(effect).parameters) {
       if (std::holds_alternative<model::effects::Stribeck>(effect) && parameter.name == "tail") continue;
       if (std::holds_alternative<model::effects::LoadFriction>(effect) && parameter.name != "share") continue;

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "identification/gap/closed_loop.h"
 #include "identification/gap/diagnosis.h"
 #include "identification/gap/excerpts.h"
 
@@ -14,6 +15,7 @@ namespace {
 
 std::vector<Signals> prepared(const model::effects::DriveModel& base, std::vector<Source> data,
                               const Enough& enough, std::vector<Diagnosis>& diagnosis) {
+  if (base.servo) add_servo_torques(data, *base.servo);
   Diagnosed looked = diagnose(std::move(data), base);
   diagnosis = std::move(looked.diagnosis);
   const Band band = choose_band(looked.sources, base);
