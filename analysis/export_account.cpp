@@ -63,6 +63,7 @@ std::vector<std::string> account_of(const DriveModel& model, const Target& targe
     }
     lines.push_back(line);
   }
+  if (model.servo) lines.emplace_back("servo: not carried; the file takes a torque, not a set-point");
   const double level_Nm = sliding.level_Nm(0) + std::abs(sliding.offset_Nm);
   if (sliding.rms_error_Nm > kExact * level_Nm)
     lines.push_back(

@@ -4,6 +4,7 @@
 #include <array>
 #include <iterator>
 #include <utility>
+#include <variant>
 
 namespace analysis {
 namespace {
@@ -41,7 +42,7 @@ struct Row {
   std::string_view plain;   ///< its place among armature, damping and friction
   Lost lost_in_mujoco;
 };
-/// New effects are in no row until somebody decides where they go: they cannot be carried.
+/// An effect without a row is not carried.
 constexpr std::array kRows{
     Row{"coulomb", Part::kSliding, "joint frictionloss, or lugre with a bristle", "friction", nothing},
     Row{"viscous", Part::kSliding, "joint damping", "damping", nothing},
@@ -61,7 +62,14 @@ constexpr std::array kRows{
     Row{"transport_delay", Part::kDelay, "actuator delay", "", nothing},
 };
 
+/// Of a law with memory, the steady curve.
+constexpr Row kLaw{"", Part::kSliding, "dcmotor lugre: its steady curve, by bristles", "friction and damping",
+                   [](const AnyEffect& /*law*/) -> std::string_view {
+                     return "its form, and what a law with memory does at rest and at reversals";
+                   }};
+
 const Row* row_of(const AnyEffect& effect) {
+  if (std::holds_alternative<model::effects::FrictionLaw>(effect)) return &kLaw;
   const auto* const row = std::ranges::find(kRows, model::effects::name_of(effect), &Row::effect);
   return row == kRows.end() ? nullptr : row;
 }

@@ -203,7 +203,7 @@ void add_unnamed(report::Page& page, const Findings& findings) {
       number_text(unnamed.simulation_before_rad_per_s, "rad/s") + " without it and by " +
       number_text(unnamed.simulation_after_rad_per_s, "rad/s") + " with it. " +
       (findings.result.unnamed_accepted
-           ? "It is part of model.toml, as was asked for."
+           ? "It is part of model.toml (--accept-unnamed)."
            : "It is not part of model.toml; model-unnamed.toml holds it, and --accept-unnamed adds it."));
   std::vector<report::Row> rows;
   for (const model::effects::Empirical::Term& term : terms_of(unnamed)) {

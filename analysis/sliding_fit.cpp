@@ -17,6 +17,7 @@ using model::effects::AnyEffect;
 using model::effects::Coulomb;
 using model::effects::DriveModel;
 using model::effects::EffectChain;
+using model::effects::FrictionLaw;
 using model::effects::MidspeedDip;
 using model::effects::QuadraticDrag;
 using model::effects::Stribeck;
@@ -43,7 +44,7 @@ bool is_gaussian(const Stribeck& stribeck) {
 bool is_exact(const DriveModel& model) {
   return std::ranges::all_of(model.effects, [](const AnyEffect& effect) {
     if (const auto* stribeck = std::get_if<Stribeck>(&effect)) return is_gaussian(*stribeck);
-    return !std::holds_alternative<MidspeedDip>(effect);
+    return !std::holds_alternative<MidspeedDip>(effect) && !std::holds_alternative<FrictionLaw>(effect);
   });
 }
 
