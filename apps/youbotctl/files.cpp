@@ -18,6 +18,15 @@
 #include "runtime/recording/recording_file.h"
 
 namespace youbotctl {
+namespace {
+
+std::string one_line(std::string text) {
+  std::ranges::replace_if(
+      text, [](unsigned char c) { return c < 0x20 || c == 0x7F; }, ' ');
+  return text;
+}
+
+}  // namespace
 
 int convert(const std::filesystem::path& in, const std::filesystem::path& out, const std::string& joint,
             bool quiet) {
@@ -45,7 +54,14 @@ int import_table(const std::filesystem::path& in, const std::filesystem::path& o
           recording.comments.end() &&
       !recording.rig.empty())
     comments.push_back({"rig", recording.rig});
-  for (const auto& [key, value] : recording.comments) comments.push_back({key, value});
+  // A recording's comments are single lines, and their keys have no colon.
+  for (const auto& [key, value] : recording.comments)
+    if (std::string name = one_line(key); !name.empty()) {
+      std::ranges::replace(name, ':', '_');
+      comments.push_back({name, one_line(value)});
+    }
+  comments.push_back({"converted_from", one_line(in.filename().string())});
+  if (!columns.empty()) comments.push_back({"columns", one_line(columns.filename().string())});
   std::vector<runtime::RecordingFile::Column> names;
   for (const auto& column : recording.columns) names.push_back({column.name});
   runtime::RecordingFile file(out, comments, names);

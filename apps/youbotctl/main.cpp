@@ -255,21 +255,26 @@ int main(int argc, char** argv) {
           [&] { return ask(arguments, "stop"); });
   command("disable", "drives off at once: an arm FALLS", [&] { return ask(arguments, "disable"); });
   command("mode", "select what enable starts", [&] { return ask(arguments, "mode " + arguments.mode); })
-      ->add_option("name", arguments.mode,
-                   "path, velocity or hold; teleoperation if a haptic device is in command")
+      ->add_option(
+          "name", arguments.mode,
+          "path, velocity or hold, and ros2 with --ros2-commands; teleoperation if a haptic device is in "
+          "command")
       ->required();
   CLI::App* set = nullptr;
-  set = command("set",
-                "set a configuration key for the next enable, as in: set limits.force_N 4. In velocity mode, "
-                "on the standard input of `enable`: set velocity AHEAD LEFT TURN, in m/s, m/s and rad/s "
-                "counter-clockwise, within the limits of [path]",
-                [&] {
-                  if (set->remaining().empty()) throw std::invalid_argument("set: a value is missing");
-                  std::string request = "set " + arguments.key;
-                  for (const std::string& value : set->remaining()) request += " " + value;
-                  return ask(arguments, request);
-                });
-  command("unset", "undo `set` for one key: the file's value applies from the next enable on",
+  set =
+      command("set",
+              "set a configuration key for the next enable, as in: set limits.force_N 4; during a "
+              "teleoperation, on the standard input of `enable`, stiffness, scales, rate speed and feedback "
+              "at once. In velocity mode, "
+              "on the standard input of `enable`: set velocity AHEAD LEFT TURN, in m/s, m/s and rad/s "
+              "counter-clockwise, within the limits of [path]",
+              [&] {
+                if (set->remaining().empty()) throw std::invalid_argument("set: a value is missing");
+                std::string request = "set " + arguments.key;
+                for (const std::string& value : set->remaining()) request += " " + value;
+                return ask(arguments, request);
+              });
+  command("unset", "undo `set` for one key: the file's value applies when `set` would",
           [&] { return ask(arguments, "unset " + arguments.key); })
       ->add_option("key", arguments.key, "dotted name, such as limits.force_N")
       ->required();
@@ -286,10 +291,13 @@ int main(int argc, char** argv) {
   CLI::App* const converting = file_command(
       "convert",
       "convert a recording from CSV to MCAP or from MCAP to CSV, by the extensions .csv and .mcap; or a "
-      "table "
-      "of another program, by --columns, or a log of bam (.json) to either. Needs no youbotd",
+      "table of another program, by --columns, or a log of bam (.json) to either. Needs no youbotd",
       [&] {
-        if (!arguments.columns.empty() || std::filesystem::path(arguments.in).extension() == ".json")
+        const bool is_table =
+            !arguments.columns.empty() || std::filesystem::path(arguments.in).extension() == ".json";
+        if (is_table && !arguments.joint.empty())
+          throw std::invalid_argument("--joint is of MCAP files; this is a table or a log");
+        if (is_table)
           return youbotctl::import_table(arguments.in, arguments.out, arguments.columns, arguments.quiet);
         return youbotctl::convert(arguments.in, arguments.out, arguments.joint, arguments.quiet);
       });

@@ -38,12 +38,17 @@ json parsed(std::string_view text, const std::string& name) {
     if (!log.is_object() || !log.contains("entries") || !log["entries"].is_array())
       fail(name, "is no log of bam: an object with 'entries', a list, was expected");
     return log;
-  } catch (const json::exception& error) {
-    fail(name, "is torn, or no JSON: " + std::string(error.what()));
+  } catch (const json::parse_error& error) {
+    fail(name,
+         "is torn, or no JSON, from byte " + std::to_string(error.byte) + " on; record or copy it again");
   }
 }
 
-std::string text_of(const json& value) { return value.is_string() ? value.get<std::string>() : value.dump(); }
+/// What is nested is no value of a column, and may be nested too deep to be printed.
+std::string text_of(const json& value) {
+  if (value.is_structured()) return "[...]";
+  return value.is_string() ? value.get<std::string>() : value.dump();
+}
 
 }  // namespace
 

@@ -237,7 +237,8 @@ class Reader {
 
   ReadRecording end_mapped() {
     if (rows_left_out_ > 0)
-      warn(0, std::to_string(rows_left_out_) + " rows were left out: they are not those that [only] names");
+      warn(0, std::to_string(rows_left_out_) + (rows_left_out_ == 1 ? " row was" : " rows were") +
+                  " left out by the value of another column ([only], or a log's torque_enable)");
     if (result_.recording.rows() == 0 && problems_.empty())
       problem(line_, rows_left_out_ > 0 ? "no row is one of those that [only] names"
                                         : "no data rows; was anything recorded?");
@@ -567,6 +568,9 @@ ReadRecording read_recording(const std::filesystem::path& path, const ReadOption
       !error && bytes > kMaxRecordingBytes)
     throw RecordingError({path.string() + ": has " + std::to_string(bytes) + " bytes, but at most " +
                           std::to_string(kMaxRecordingBytes) + " are read; split it"});
+  if (options.columns && path.extension() == ".mcap")
+    throw RecordingError(
+        {path.string() + ": a column map is for tables of text and logs of bam; leave it out"});
   try {
     if (path.extension() == ".mcap")
       return Reader(Lines(""), path.string(), options.not_measured)

@@ -59,7 +59,7 @@ TEST(BamLog, RowsWithTheTorqueOffAreLeftOut) {
       nullptr);
   EXPECT_EQ(read.recording.rows(), 2U);
   ASSERT_FALSE(read.warnings.empty());
-  EXPECT_NE(read.warnings.back().find("1 rows were left out"), std::string::npos);
+  EXPECT_NE(read.warnings.back().find("1 row was left out"), std::string::npos);
 }
 
 TEST(BamLog, AColumnMapGivesTheTorqueFromTheServosLawWithTheLogsGainAndSupply) {

@@ -133,7 +133,8 @@ TEST_F(ColumnMaps, OnlyTheRowsOfOneRunAreTaken) {
   ASSERT_EQ(read.recording.rows(), 2U);
   EXPECT_EQ(read.recording.column("position_rad")[0], 5);
   ASSERT_EQ(read.warnings.size(), 1U);
-  EXPECT_EQ(read.warnings[0], "f.csv: 2 rows were left out: they are not those that [only] names");
+  EXPECT_EQ(read.warnings[0],
+            "f.csv: 2 rows were left out by the value of another column ([only], or a log's torque_enable)");
   expect_problem("run,t,q\n2,0,1\n", only + kTime + kPosition, "no row is one of those that [only] names");
 }
 
