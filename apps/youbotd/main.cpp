@@ -248,7 +248,7 @@ int run(Arguments arguments) {
   std::optional<youbotd::ShownRun> shown;
   if (arguments.page || arguments.ros2) {
     shown.emplace(youbotd::ShownRun::Options{.page = arguments.page, .domain = arguments.ros2}, config,
-                  check(arguments, config), runtime::stop_requested);
+                  arguments.page ? check(arguments, config) : youbotd::Findings{}, runtime::stop_requested);
     arguments.session.live = &shown->feed();
     arguments.shown = &*shown;
   }

@@ -25,22 +25,20 @@ namespace {
 /// Page and ROS 2 topics of a service.
 struct Shown {
   Shown(const ServeOptions& options, const operation::Config& config, std::span<const hal::JointInfo> joints,
-        const hal::Clock& clock)
+        const Findings& checks, const hal::Clock& clock)
       : feed(clock) {
-    if (options.page) show_page(options, config, joints);
+    if (options.page) show_page(options, config, joints, checks);
     if (options.ros2) join(*options.ros2, options.service.ros2_commands, config);
   }
   void show_page(const ServeOptions& options, const operation::Config& config,
-                 std::span<const hal::JointInfo> joints) {
+                 std::span<const hal::JointInfo> joints, const Findings& checks) {
     page.emplace(Page::Options{.where = *options.page,
                                .teleoperated = config.teleoperated,
                                .commanded = true,
                                .modes = modes_of(config.teleoperated, options.service.ros2_commands),
                                .workspace = config.teleoperated ? config.teleoperation.workspace
                                                                 : config.cycle.workspace,
-                               .checks = check(config, {.record_directory = options.service.record_directory,
-                                                        .record_format = options.service.record_format,
-                                                        .allow_non_real_time = options.allow_non_real_time})},
+                               .checks = checks},
                  feed, requests);
     page->set_joints(joints);
     announce(*page);
@@ -72,16 +70,22 @@ void serve(const ServeOptions& options, const std::atomic<bool>& stop) {
   if (options.service.record_directory) runtime::try_output_directory(*options.service.record_directory);
   hal::SteadyClock clock;
   const operation::Config config = options.service.configuration({});
+  if (options.service.ros2_commands && config.teleoperated)
+    throw std::invalid_argument(
+        "--ros2-commands steers a base without a haptic device: not with [teleoperation] or --haptic");
+  // Before the robot is opened, which takes the interface.
+  Findings checks;
+  if (options.page)
+    checks = check(config, {.record_directory = options.service.record_directory,
+                            .record_format = options.service.record_format,
+                            .allow_non_real_time = options.allow_non_real_time});
   runtime::OpenedRobot robot = runtime::open_robot(config.robot, clock, config.cycle.period);
   runtime::OpenedHaptic master;
   if (config.teleoperated) master = operation::open_master(config, clock);
   ServiceOptions service_options = options.service;
-  if (options.service.ros2_commands && config.teleoperated)
-    throw std::invalid_argument(
-        "--ros2-commands steers a base without a haptic device: not with [teleoperation] or --haptic");
   std::optional<Shown> shown;
   if (options.page || options.ros2) {
-    shown.emplace(options, config, robot.robot->joints(), clock);
+    shown.emplace(options, config, robot.robot->joints(), checks, clock);
     service_options.live = &shown->feed;
   }
   Service service(service_options, config, robot, master, clock);
