@@ -246,7 +246,7 @@ TEST_F(GapCommand, RefusesMistakesOfTheCommandLine) {
   EXPECT_TRUE(said("missing.csv: cannot be opened")) << output_;
   fs::create_directories(directory_ / "empty");
   EXPECT_EQ(explain("--data " + path("empty")), 2);
-  EXPECT_TRUE(said("there is no .csv or .mcap in " + path("empty"))) << output_;
+  EXPECT_TRUE(said("there is no .csv, .mcap or .json in " + path("empty"))) << output_;
   EXPECT_EQ(run("--model " + base_ + " --data " + data + " --out " + base_), 3);
   EXPECT_TRUE(said("base.toml: cannot be the directory for the results")) << output_;
   EXPECT_EQ(explain("--seed -1 --data " + data), 2);

@@ -438,7 +438,7 @@ TEST_F(Youbotctl, WhatIsWrongIsRefusedWithTheReason) {
     return text.find(part) != std::string::npos ? testing::AssertionSuccess()
                                                 : testing::AssertionFailure() << text;
   };
-  EXPECT_TRUE(says(refusal({"set", "limits.force_N", "1000"}), "allowed is 0 to 200"));
+  EXPECT_TRUE(says(refusal({"set", "limits.force_N", "1000"}), "allowed is 0.1 to 200"));
   EXPECT_TRUE(says(refusal({"set", "limits.forse_N", "10"}), "force_N")) << "what may be meant";
   EXPECT_TRUE(says(refusal({"set", "limits.force_N", "ten"}), "limits.force_N"));
   EXPECT_TRUE(says(refusal({"set", "robot", "\"wire\""}), "read once"));
@@ -562,7 +562,7 @@ TEST_F(Youbotctl, SettingsNeverOutgrowAnAnswer) {
   bool refused = false;
   for (const char* key : {"limits.force_N", "limits.moment_Nm", "path.speed_m_per_s", "path.rest_s",
                           "controller.stiffness_N_per_m", "controller.damping_N_s_per_m"})
-    refused = refused || tell({"set", key, "0.01" + padding}).said("unset some");
+    refused = refused || tell({"set", key, "0.1" + padding}).said("unset some");
   EXPECT_TRUE(refused);
   EXPECT_EQ(status()["phase"], "off");
   EXPECT_EQ(tell({"unset", "limits.force_N"}).exit_code, 0);

@@ -18,6 +18,7 @@ const {complaints, requests} = listen(browser);
 for (const domain of ['Page', 'Runtime', 'Log', 'Network']) await browser.send(`${domain}.enable`);
 await emulate(browser, 'light');
 const {check, summary} = checks(browser, folder);
+const number_in = selector => browser.evaluate(name => parseFloat(document.querySelector(name)?.textContent), selector);
 const own_complaints = () => complaints.filter(text => !text.includes('GPU stall due to ReadPixels'));
 
 // --- A run from the command line ---
@@ -49,7 +50,7 @@ try {
     assert.deepEqual(chips, ['grip_force_held_x_N', 'grip_force_held_y_N', 'grip_force_held_z_N', 'tank_J']);
   });
   await check('the hand feels a force of the demo', async () => {
-    await until(() => number_in(browser, '#felt-text'), newton => newton > 1);
+    await until(() => number_in('#felt-text'), newton => newton > 1);
     await photograph(browser, join(folder, 'page.png'));
   });
   await check('it loads nothing from elsewhere', () => {
