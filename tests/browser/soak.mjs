@@ -16,6 +16,7 @@ import {listen, until} from './report_page.mjs';
 
 const [youbotd, youbot_sim, folder, duration] = process.argv.slice(2);
 const minutes = Number(duration);
+assert.ok(minutes > 0, `${duration} is no number of minutes`);
 const kFaultEvery_s = 20;
 const kFirstFault_s = 15;
 const kWarmUp_min = 5;      // caches fill
@@ -88,6 +89,7 @@ async function comeAndGo(port) {
 // --- Measures ---
 const daemon_bytes = () => 1024 * readFileSync(`/proc/${service.child.pid}/status`, 'utf8').match(/VmRSS:\s+(\d+)/)[1];
 const handles = () => readdirSync(`/proc/${service.child.pid}/fd`).length;
+const logged = pattern => (service.log.match(pattern) ?? []).length;
 async function page_bytes() {
   await browser.send('HeapProfiler.collectGarbage');
   return (await browser.send('Runtime.getHeapUsage')).usedSize;
@@ -98,23 +100,23 @@ async function measure(minute) {
   const now = {minute, daemon: daemon_bytes(), page: await page_bytes(), handles: handles()};
   measures.push(now);
   console.log(`${minute} min: daemon ${(now.daemon / 1e6).toFixed(1)} MB, ${now.handles} handles, page ` +
-    `${(now.page / 1e6).toFixed(1)} MB; ${seen.faults} faults, enabled ${seen.enabled} times; ${await state(browser)}`);
+    `${(now.page / 1e6).toFixed(1)} MB; ${logged(/was stopped by a fault/g)} faults, enabled ` +
+    `${logged(/enabled by the page/g)} times; ${await state(browser)}`);
 }
 
 // --- The operator ---
-const seen = {faults: 0, enabled: 0, broken: false};
+let seenBroken = false;
 let forward = false;
+// A click that a busy machine delays is refused; the next call clicks again.
 async function operate() {
-  seen.broken ||= await brokenLinks(browser) > 0;
+  seenBroken ||= await brokenLinks(browser) > 0;
   const now = await state(browser);
   if (now.startsWith('Stopped by a fault')) {
-    ++seen.faults;
     await click(browser, '#acknowledge');
-    await until(async () => !(await state(browser)).startsWith('Stopped by a fault'), Boolean);
+    await pause(500);
   } else if (now === 'Drives off') {
     await click(browser, '#enable');
     await pause(500);
-    seen.enabled += (await state(browser)).startsWith('velocity: running');
   } else if (await shown(browser, 'drive')) {
     forward = !forward;
     const button = `[data-drive="${forward ? 1 : -1} 0 0"]`;
@@ -151,8 +153,8 @@ try {
   }, text => text.startsWith('velocity: running'));
   await measure(elapsed_min().toFixed(1));
 
-  assert.ok(seen.faults > 0, 'no fault stopped the robot');
-  assert.ok(seen.broken, 'the page never drew a broken link');
+  assert.ok(logged(/was stopped by a fault/g) > 0, 'no fault stopped the robot');
+  assert.ok(seenBroken, 'the page never drew a broken link');
   assert.deepEqual(complaints.filter(text => !text.includes('GPU stall due to ReadPixels')), []);
   const early = measures.find(({minute}) => minute === kWarmUp_min);
   const last = measures.at(-1);
@@ -167,7 +169,7 @@ try {
   service.child.kill('SIGTERM');
   const code = await service.ended;
   console.log(service.log.match(/ended after \d+ cycles, \d+ overruns/)?.[0] ?? service.log.slice(-2000));
-  console.log(`youbotd ended with ${code}`);
+  assert.equal(code, 0, 'youbotd did not end well');
   sim.kill('SIGTERM');
   await browser.close();
 }
