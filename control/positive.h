@@ -1,5 +1,5 @@
 /// @file
-/// Parameter check for constructors: rejects values that are not finite and positive.
+/// Parameter checks for constructors: reject values that are not finite, or not positive, or negative.
 #pragma once
 #include <cmath>
 #include <stdexcept>
@@ -16,6 +16,19 @@ struct RequirePositive {
   double operator()(double value, const char* name) const {
     if (!(std::isfinite(value) && value > 0))
       throw std::invalid_argument(std::string(whose) + ": " + name + " must be positive, not " +
+                                  std::to_string(value));
+    return value;
+  }
+};
+
+/// The same for a value that may be zero.
+struct RequireNotNegative {
+  const char* whose;
+
+  /// Returns the value. @throws std::invalid_argument naming owner, parameter and value.
+  double operator()(double value, const char* name) const {
+    if (!(std::isfinite(value) && value >= 0))
+      throw std::invalid_argument(std::string(whose) + ": " + name + " must not be negative, and not " +
                                   std::to_string(value));
     return value;
   }

@@ -12,11 +12,11 @@
 #include <vector>
 
 #include "control/youbot_urdf.h"
+#include "model/gravity.h"
 
 namespace control {
 namespace {
 
-constexpr double kGravity_m_per_s2 = 9.81;
 constexpr std::size_t kAxes = kChainAxes;
 constexpr std::size_t kYaw = kBaseAxes - 1;  // the axis that rotates the base itself
 constexpr std::array<const char*, kLinks> kLinkNames = {"the base",   "arm link 1", "arm link 2",
@@ -231,7 +231,7 @@ ChainMatrix RobotModel::mass() noexcept {
 // Gravity acts like an upward acceleration.
 ChainVector RobotModel::gravity_Nm() noexcept {
   chain_->require_inertias();
-  const KDL::Twist upwards(KDL::Vector(0, 0, kGravity_m_per_s2), KDL::Vector::Zero());
+  const KDL::Twist upwards(KDL::Vector(0, 0, model::kGravity_m_per_s2), KDL::Vector::Zero());
   ChainVector g;
   for (std::size_t i = 0; i < kAxes; ++i)
     g[static_cast<int>(i)] = dot(chain_->unit_twists_W[i], chain_->outboard_W[i] * upwards);

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <string>
+
+#include "control/positive.h"
 
 namespace sim {
 namespace {
@@ -11,13 +12,8 @@ namespace {
 /// The motor controllers' loops run at 1 kHz (TMCL axis parameter 133).
 constexpr std::chrono::nanoseconds kControllerPeriod{1'000'000};
 
-void require_positive(double value, const char* name) {
-  if (!(std::isfinite(value) && value > 0))
-    throw std::invalid_argument(std::string("simulated base: ") + name + " must be positive, not " +
-                                std::to_string(value));
-}
-
 BaseParameters checked(const BaseParameters& parameters) {
+  const control::RequirePositive require_positive{"simulated base"};
   require_positive(parameters.mass_kg, "mass_kg");
   require_positive(parameters.yaw_inertia_kg_m2, "yaw_inertia_kg_m2");
   require_positive(static_cast<double>(parameters.step.count()), "step");

@@ -4,10 +4,10 @@
 #include <stdexcept>
 #include <string>
 
+#include "model/gravity.h"
+
 namespace sim {
 namespace {
-
-constexpr double kGravity_m_per_s2 = 9.81;
 
 /// Penetration depth of one body in another, and the direction out of it. The depth is continuous wherever
 /// the first body moves, even where the direction changes: so a spring along it generates no energy.
@@ -125,7 +125,7 @@ Eigen::Vector3d Environment::step_box(const Eigen::Vector3d& p_WT_m, const Eigen
   Eigen::Vector3d on_tip_W_N =
       tip_at_box_.step(at_tip.depth_m, at_tip.normal_W, v_WT_m_per_s - box_v_W_m_per_s_, step_s);
 
-  Eigen::Vector3d force_W_N = -on_tip_W_N - box.mass_kg * kGravity_m_per_s2 * Eigen::Vector3d::UnitZ();
+  Eigen::Vector3d force_W_N = -on_tip_W_N - box.mass_kg * model::kGravity_m_per_s2 * Eigen::Vector3d::UnitZ();
   for (std::size_t i = 0; i < at_walls_.size(); ++i) {
     const Wall& wall = parameters_.walls[i];
     const Overlap overlap = behind(wall, box_p_W_m_, wall.normal_W.cwiseAbs().dot(half_m));

@@ -7,12 +7,13 @@
 #include <string>
 #include <utility>
 
+#include "control/positive.h"
 #include "model/friction/sliding_table.h"
+#include "model/gravity.h"
 
 namespace sim {
 namespace {
 
-constexpr double kGravity_m_per_s2 = 9.81;
 /// Below this sliding speed a roller's rolling resistance fades to zero at rest.
 constexpr double kRollingFade_m_per_s = 0.005;
 
@@ -25,17 +26,8 @@ constexpr std::array<double, 4> kLeft{1, -1, 1, -1};
 /// Per-wheel values, computed for all at once: roots and divisions are most of a step.
 using EachWheel = Eigen::Array4d;
 
-void require_positive(double value, const char* name) {
-  if (!(std::isfinite(value) && value > 0))
-    throw std::invalid_argument(std::string("simulated base: ") + name + " must be positive, not " +
-                                std::to_string(value));
-}
-
-void require_not_negative(double value, const char* name) {
-  if (!(std::isfinite(value) && value >= 0))
-    throw std::invalid_argument(std::string("simulated base: ") + name + " must not be negative, and not " +
-                                std::to_string(value));
-}
+constexpr control::RequirePositive kRequirePositive{"simulated base"};
+constexpr control::RequireNotNegative kRequireNotNegative{"simulated base"};
 
 /// A wheel whose friction is in the effects only.
 Drive make_modelled_wheel(const MecanumWheelParameters& parameters, int wheel) {
@@ -61,21 +53,21 @@ Drive make_wheel(const MecanumWheelParameters& parameters, int wheel) {
 }
 
 MecanumWheelParameters checked(const MecanumWheelParameters& parameters) {
-  require_not_negative(parameters.roller_grip, "roller_grip");
-  require_not_negative(parameters.roller_resistance, "roller_resistance");
-  require_positive(parameters.roller_give.stiffness, "roller stiffness");
-  require_positive(parameters.geometry.wheel_radius_m, "wheel_radius_m");
-  require_positive(parameters.drive.presliding.stiffness, "presliding stiffness");
-  require_positive(parameters.drive.gear_ratio, "gear_ratio");
-  require_positive(parameters.drive.motor.torque_constant_Nm_per_A, "torque_constant_Nm_per_A");
-  require_positive(parameters.drive.motor.inductance_H, "inductance_H");
-  require_positive(parameters.drive.motor.resistance_ohm, "resistance_ohm");
+  kRequireNotNegative(parameters.roller_grip, "roller_grip");
+  kRequireNotNegative(parameters.roller_resistance, "roller_resistance");
+  kRequirePositive(parameters.roller_give.stiffness, "roller stiffness");
+  kRequirePositive(parameters.geometry.wheel_radius_m, "wheel_radius_m");
+  kRequirePositive(parameters.drive.presliding.stiffness, "presliding stiffness");
+  kRequirePositive(parameters.drive.gear_ratio, "gear_ratio");
+  kRequirePositive(parameters.drive.motor.torque_constant_Nm_per_A, "torque_constant_Nm_per_A");
+  kRequirePositive(parameters.drive.motor.inductance_H, "inductance_H");
+  kRequirePositive(parameters.drive.motor.resistance_ohm, "resistance_ohm");
   if (const std::size_t models = parameters.models.size(); models > 1 && models != MecanumWheels::kCount)
     throw std::invalid_argument("simulated base: " + std::to_string(models) +
                                 " drive models, expected one for all wheels or one for each of the 4");
   for (const double scale : parameters.loaded_friction_scale)
-    require_positive(scale, "loaded_friction_scale");
-  for (const double scale : parameters.grip_scale) require_not_negative(scale, "grip_scale");
+    kRequirePositive(scale, "loaded_friction_scale");
+  for (const double scale : parameters.grip_scale) kRequireNotNegative(scale, "grip_scale");
   return parameters;
 }
 
@@ -83,12 +75,12 @@ MecanumWheelParameters checked(const MecanumWheelParameters& parameters) {
 
 MecanumWheels::MecanumWheels(const MecanumWheelParameters& parameters, double carried_mass_kg)
     : parameters_(checked(parameters)),
-      wheel_load_N_(carried_mass_kg * kGravity_m_per_s2 / kCount),
+      wheel_load_N_(carried_mass_kg * model::kGravity_m_per_s2 / kCount),
       wheels_{make_wheel(parameters, 1), make_wheel(parameters, 2), make_wheel(parameters, 3),
               make_wheel(parameters, 4)},
       grips_{BoundedBristle(parameters.roller_give), BoundedBristle(parameters.roller_give),
              BoundedBristle(parameters.roller_give), BoundedBristle(parameters.roller_give)} {
-  require_positive(carried_mass_kg, "mass_kg");
+  kRequirePositive(carried_mass_kg, "mass_kg");
 }
 
 void MecanumWheels::control(std::span<const hal::JointCommand> commands, bool powered,

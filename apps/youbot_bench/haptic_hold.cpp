@@ -44,7 +44,7 @@ using hal::seconds;
 using Eigen::Vector3d;
 using std::chrono::nanoseconds;
 
-constexpr std::chrono::milliseconds kPeriod{1};
+constexpr std::chrono::milliseconds kHoldPeriod{1};
 constexpr std::chrono::milliseconds kFadeOut{500};
 constexpr std::chrono::seconds kReadyTimeout{60};  // for homing
 constexpr const char* kRecording = "haptic.csv";
@@ -193,7 +193,7 @@ class Hold {
     const nanoseconds begin = deadline;
     nanoseconds end(static_cast<std::int64_t>(1e9 * options_.duration_s));
     for (std::uint64_t cycle = 0;; ++cycle) {
-      deadline += kPeriod;
+      deadline += kHoldPeriod;
       clock_.sleep_until(deadline);
       const nanoseconds elapsed = clock_.now() - begin;
       if (!outcome_.interrupted && stop.load(std::memory_order_relaxed)) {
@@ -210,7 +210,7 @@ class Hold {
       if (!status_.ok()) break;
       if (elapsed >= told_ + std::chrono::seconds(1)) tell(elapsed);
       const nanoseconds late = clock_.now() - deadline;
-      deadline += late / kPeriod * kPeriod;
+      deadline += late / kHoldPeriod * kHoldPeriod;
     }
     teller_.stop();
     outcome_.fault = status_;
@@ -223,7 +223,7 @@ class Hold {
   /// Without force, until there is a sample. False with the reason in the outcome.
   bool wait_until_ready(nanoseconds& deadline, const std::atomic<bool>& stop) {
     const nanoseconds begin = deadline;
-    for (bool told = options_.quiet; !has_sample_; clock_.sleep_until(deadline += kPeriod)) {
+    for (bool told = options_.quiet; !has_sample_; clock_.sleep_until(deadline += kHoldPeriod)) {
       status_ = device_.exchange({}, sample_);
       has_sample_ = status_.ok() && status_.age != nanoseconds::max();
       const bool waits = has_sample_ || status_.ok() || status_.fault == hal::HapticFault::kNotReady;
@@ -408,7 +408,7 @@ int haptic_hold(const HapticHoldOptions& options, const std::atomic<bool>& stop)
   }
   if (!options.virtual_time) prepare_real_time(options, haptic);
   const std::unique_ptr<hal::Clock> clock = runtime::make_clock(options.virtual_time);
-  const runtime::OpenedHaptic opened = runtime::open_haptic(haptic, *clock, kPeriod);
+  const runtime::OpenedHaptic opened = runtime::open_haptic(haptic, *clock, kHoldPeriod);
   std::unique_ptr<Operator> hand;
   if (opened.hand) hand = std::make_unique<Operator>(*opened.hand, Vector3d(options.point_m.data()));
 

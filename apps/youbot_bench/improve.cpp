@@ -169,7 +169,7 @@ Run driven(const operation::Config& config, const fs::path& file, const ImproveO
   return run;
 }
 
-std::string text_of(const fs::path& path) {
+std::string config_text(const fs::path& path) {
   try {
     return runtime::read_regular_file(path, runtime::kMaxToml_bytes);
   } catch (const std::runtime_error& error) {
@@ -189,7 +189,7 @@ void confirm_it_may_drive(const ImproveOptions& options, const std::string& name
 
 /// The driven configuration without the models.
 std::string configuration(const ImproveOptions& options) {
-  return options.config.empty() ? std::string(operation::kDemoConfig) : text_of(options.config);
+  return options.config.empty() ? std::string(operation::kDemoConfig) : config_text(options.config);
 }
 
 /// Writes the configuration next to the models and drives it. Ends early on request and on a fault.

@@ -9,7 +9,6 @@ namespace {
 
 constexpr std::uint16_t kOutManager = reg::kSyncManager;
 constexpr std::uint16_t kInManager = reg::kSyncManager + 1 * reg::kSyncManagerBytes;
-constexpr std::uint8_t kEnabled = 0x01;
 
 }  // namespace
 
@@ -77,7 +76,8 @@ bool MailboxLine::add(FrameWriter& writer, std::uint8_t index, std::chrono::nano
       const Datagram datagram =
           writer.add(Command::kFpwr, index, address_of(station_, kInManager + reg::kSyncManagerActivate), 1);
       if (datagram.counter == nullptr) return false;
-      datagram.data[0] = static_cast<std::uint8_t>(kEnabled | (repeat_bit_ ? reg::kRepeatRequest : 0));
+      datagram.data[0] =
+          static_cast<std::uint8_t>(reg::kSyncManagerEnabled | (repeat_bit_ ? reg::kRepeatRequest : 0));
       return true;
     }
     case Ask::kRepeatAcknowledged: return read(kInManager + reg::kSyncManagerPdi, 1);

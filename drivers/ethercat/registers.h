@@ -75,8 +75,9 @@ inline constexpr std::uint16_t kSiiWriteCommand = 0x0201;  ///< with write enabl
 inline constexpr std::uint16_t kSiiBusy = 0x8000;
 inline constexpr std::uint16_t kSiiErrors = 0x7800;
 inline constexpr std::uint16_t kSiiReads8Bytes = 0x0040;
-inline constexpr std::uint8_t kMailboxFull = 0x08;        ///< in a sync manager's status
-inline constexpr std::uint8_t kRepeatRequest = 0x02;      ///< in a sync manager's activate register
-inline constexpr std::uint8_t kRepeatAcknowledge = 0x02;  ///< in a sync manager's PDI register
+inline constexpr std::uint8_t kMailboxFull = 0x08;         ///< in a sync manager's status
+inline constexpr std::uint8_t kSyncManagerEnabled = 0x01;  ///< in a sync manager's activate register
+inline constexpr std::uint8_t kRepeatRequest = 0x02;       ///< in a sync manager's activate register
+inline constexpr std::uint8_t kRepeatAcknowledge = 0x02;   ///< in a sync manager's PDI register
 
 }  // namespace drivers::ethercat::reg

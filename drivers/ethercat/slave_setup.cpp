@@ -11,10 +11,10 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-// FMMU types, and values of a sync manager's activate register.
+// Types of an FMMU, and its activate register.
 constexpr std::uint8_t kFmmuReads = 1;
 constexpr std::uint8_t kFmmuWrites = 2;
-constexpr std::uint8_t kEnabled = 1;
+constexpr std::uint8_t kFmmuEnabled = 1;
 // Reads AL control, AL status and its code at once.
 constexpr std::size_t kAlRegisters = reg::kAlStatusCode + 2 - reg::kAlControl;
 // Control bytes for mailboxes if the SII gives none: mailbox mode, direction, PDI interrupt.
@@ -33,7 +33,7 @@ SetupStep sync_manager(unsigned number, std::uint16_t start, std::uint16_t lengt
   store_le(&step.data[0], start);
   store_le(&step.data[2], length);
   step.data[4] = control;
-  step.data[6] = kEnabled;
+  step.data[6] = reg::kSyncManagerEnabled;
   return step;
 }
 
@@ -46,7 +46,7 @@ SetupStep fmmu(unsigned number, const ProcessDataWindow& window, std::uint8_t ty
   store_le(&step.data[8], window.start);
   step.data[10] = 0;  // physical start bit
   step.data[11] = type;
-  step.data[12] = kEnabled;
+  step.data[12] = kFmmuEnabled;
   return step;
 }
 

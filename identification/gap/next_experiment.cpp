@@ -24,7 +24,7 @@ constexpr double kLongest_s = 600;
 /// Relative to its set-point, briefly.
 constexpr double kOvershoot = 1.2;
 /// A joint that covered more than a turn is continuous.
-constexpr double kTurn_rad = 2 * std::numbers::pi;
+constexpr double kEndlessTravel_rad = 2 * std::numbers::pi;
 /// A stretch at rest.
 constexpr double kRest_s = 0.5;
 
@@ -167,7 +167,7 @@ DriveLimits limits_of(std::span<const Signals> signals) {
     const auto [low, high] = std::ranges::minmax(s.position_rad);
     limits.travel_rad = std::max(limits.travel_rad, high - low);
   }
-  if (limits.travel_rad > kTurn_rad) limits.travel_rad = std::numeric_limits<double>::infinity();
+  if (limits.travel_rad > kEndlessTravel_rad) limits.travel_rad = std::numeric_limits<double>::infinity();
   return limits;
 }
 

@@ -9,7 +9,7 @@ namespace {
 
 /// Share of the square below which two models count as equal, however significant the difference: with one
 /// more parameter, left-out blocks are predicted slightly worse even if it is the same model.
-constexpr double kAlike = 0.01;
+constexpr double kTie = 0.01;
 
 }  // namespace
 
@@ -27,7 +27,7 @@ std::vector<int> draws_won(const std::vector<std::vector<double>>& squares, std:
     const double least = *std::ranges::min_element(left);
     std::vector<std::size_t> best;
     for (std::size_t model = 0; model < squares.size(); ++model)
-      if (left[model] <= (1 + kAlike) * least) best.push_back(model);
+      if (left[model] <= (1 + kTie) * least) best.push_back(model);
     ++wins[best[random() % best.size()]];
   }
   return wins;

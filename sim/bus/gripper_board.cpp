@@ -19,14 +19,14 @@ using drivers::tmcl::Status;
 constexpr std::uint8_t kHostAddress = 2;
 constexpr std::uint32_t kStallGuard = 1U << 0, kStandstill = 1U << 7;  // parameter 208
 
-struct Setting {
+struct DefaultSetting {
   std::uint8_t number;
   std::int32_t value;
 };
 // Threshold and filter: configuration of the official driver. Speed: the whole travel in about 2 s, because
 // that driver allows 4 s per motion; the rest is also an assumption.
-constexpr Setting kDefaults[] = {{4, 1000}, {5, 1000}, {6, 128},  {7, 8},   {140, 8},
-                                 {154, 3},  {173, 1},  {174, 50}, {171, 1}, {214, 200}};
+constexpr DefaultSetting kDefaults[] = {{4, 1000}, {5, 1000}, {6, 128},  {7, 8},   {140, 8},
+                                        {154, 3},  {173, 1},  {174, 50}, {171, 1}, {214, 200}};
 
 double microsteps_per_s(std::int32_t speed, std::int32_t pulse_divisor) noexcept {
   return 16e6 * speed / (std::exp2(pulse_divisor) * 2048 * 32);
@@ -42,7 +42,7 @@ GripperBoard::GripperBoard(const GripperOptions& options) noexcept : options_(op
 void GripperBoard::forget() noexcept {
   for (Bar& bar : bars_) {
     bar = {.parameters = {}, .opening = bar.opening};
-    for (const Setting& setting : kDefaults) bar.parameters[setting.number] = setting.value;
+    for (const DefaultSetting& setting : kDefaults) bar.parameters[setting.number] = setting.value;
   }
   user_variables_ = {};
 }

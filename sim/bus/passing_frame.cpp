@@ -3,7 +3,6 @@
 namespace sim::bus {
 namespace {
 
-using drivers::ethercat::Command;
 using drivers::ethercat::kCounterBytes;
 using drivers::ethercat::kDatagramHeaderBytes;
 using drivers::ethercat::load_le;
@@ -42,7 +41,7 @@ void PassingFrame::look_at(std::span<std::uint8_t> frame) noexcept {
     const std::size_t length = field & kLengthMask;
     at += kDatagramHeaderBytes + length + kCounterBytes;
     if (at > frame.size()) return;
-    datagrams_[count_++] = {.command = static_cast<Command>(header[0]),
+    datagrams_[count_++] = {.command = static_cast<drivers::ethercat::Command>(header[0]),
                             .index = header[1],
                             .address = load_le<std::uint32_t>(header + 2),
                             .interrupt = load_le<std::uint16_t>(header + 8),

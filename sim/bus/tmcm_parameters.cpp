@@ -19,7 +19,7 @@ constexpr std::uint8_t kEepromLock = 73;  // global parameter (TMCL manual)
 constexpr std::int32_t kLockCode = 1234;
 constexpr std::int32_t kUnlockCode = 4321;
 
-struct Setting {
+struct FactorySetting {
   std::uint8_t number;
   std::int32_t value;
 };
@@ -27,7 +27,7 @@ struct Setting {
 // "Factory" set and common values of the Óbuda University driver's files for the arm, TMCM-1630 manual for
 // I²t. The timeout of 100 ms is from that driver's simulation; the halted velocity and the start-up velocity
 // are ours: none of the three was observed on a real board.
-constexpr Setting kFactory[] = {
+constexpr FactorySetting kFactory[] = {
     {4, 4000},    {7, 500},    {9, 5},      {10, 5},     {11, 2000},  {14, 1000},  {25, 13200},
     {26, 211200}, {90, 100},   {130, 500},  {133, 1},    {134, 1},    {135, 500},  {140, 200},
     {141, 200},   {143, 500},  {146, 1},    {159, 3},    {172, 25},   {173, 60},   {175, 1000},
@@ -39,7 +39,7 @@ constexpr Setting kFactory[] = {
 
 TmcmParameters::TmcmParameters(drivers::tmcl::Firmware firmware, const BoardAxis& axis, std::int32_t password)
     : firmware_(firmware), password_(password) {
-  for (const Setting& setting : kFactory) eeprom_[setting.number] = setting.value;
+  for (const FactorySetting& setting : kFactory) eeprom_[setting.number] = setting.value;
   eeprom_[6] = static_cast<std::int32_t>(std::lround(1000 * axis.current_limit_A));
   eeprom_[250] = axis.ticks_per_motor_rev;
   eeprom_[253] = axis.motor_poles;
