@@ -368,7 +368,9 @@ void CanRobot::read_hall() noexcept {
     hall_.answer({.request = HallReader::request(), .outcome = tmcl::Outcome::kTimedOut});
   }
   if (!hall_.due()) return;
-  drive_->ask(HallReader::request());
+  tmcl::Request question = HallReader::request();
+  question.motor = options_.motor;
+  drive_->ask(question);
   hall_.ask();
 }
 

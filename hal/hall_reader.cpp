@@ -10,6 +10,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kHallInterval{10};
 constexpr std::chrono::seconds kSilentInterval{1};
+
 }  // namespace
 
 HallReader::HallReader(const AxisConstants& axis, std::chrono::nanoseconds period,

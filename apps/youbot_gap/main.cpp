@@ -22,7 +22,7 @@ analysis::ExportFormat format_called(const std::string& name) {
 void add_export(CLI::App& app, analysis::ExportOptions& options) {
   CLI::App* const command = app.add_subcommand(
       "export",
-      "write a drive model for programs of others, with an account of what they cannot hold and what that "
+      "write a drive model for other simulators, with a list of what they cannot represent and what that "
       "costs on recordings");
   command
       ->add_option_function<std::string>(

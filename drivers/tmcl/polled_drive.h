@@ -77,8 +77,6 @@ class PolledDrive {
 
  private:
   void take_in(const Completion& done) noexcept;
-  void post(const Request& request) noexcept;
-  Request next_read() noexcept;
 
   Transport& transport_;
   PolledDriveOptions options_;

@@ -35,7 +35,7 @@ file(READ ${ROOT}/docs/library.md page)
 string(REGEX MATCH "```cpp\n([^`]+)```" unused "${page}")
 file(WRITE ${SCRATCH}/mine.cpp "${CMAKE_MATCH_1}")
 run("configure" ${CMAKE_COMMAND} -S ${SCRATCH} -B ${SCRATCH}/build -DCMAKE_CXX_COMPILER=${COMPILER}
-    -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER})
+    -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG=-O0 -DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER})
 run("build" ${CMAKE_COMMAND} --build ${SCRATCH}/build --target outside mine)
 run("outside" ${SCRATCH}/build/outside)
 expect("4 joints")

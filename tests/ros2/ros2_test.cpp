@@ -303,7 +303,7 @@ TEST_F(Ros2Commands, AHostileParticipantMovesNothingAndFillsNoMemory) {
       graph->write(&messages[static_cast<std::size_t>(flood) % messages.size()]);
     }
   });
-  // Meanwhile the one that steers is obeyed, and nobody else.
+  // Meanwhile the base obeys the one that steers, and no other publisher.
   double fastest = 0;
   double slowest = 1;
   publish_until(twist(0.1), [&] {

@@ -1,8 +1,7 @@
 #!/usr/bin/env bash
 # The npm packages that a test needs, in a cache of their own. Prints the folder that has their node_modules.
 # npm fetches them from the registry that it is configured with (some 25 MB) and runs none of their scripts.
-# usage: fetch_packages.sh FOLDER           fetches those of FOLDER/package.json if they are not in the cache
-#        fetch_packages.sh FOLDER --cached  no network; exit code 1 if they are not in the cache
+# usage: fetch_packages.sh FOLDER   fetches those of FOLDER/package.json if they are not in the cache
 set -euo pipefail
 
 wanted=$1/package.json
@@ -12,7 +11,6 @@ if [[ -d $folder ]]; then
   printf '%s\n' "$folder"
   exit
 fi
-[[ ${2:-} != --cached ]] || exit 1
 
 command -v npm >/dev/null || { echo 'fetch_packages.sh: npm is missing' >&2; exit 1; }
 mkdir -p "$cache"
