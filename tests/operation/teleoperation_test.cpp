@@ -654,6 +654,53 @@ TEST(Teleoperation, WhatIsTunedOnAWallActsByRamps) {
   expect_passive(rig);
 }
 
+TEST(Teleoperation, WithTheWholeContactShareTheHandFeelsTheObservedContact) {
+  Scene scene = teleop_rig::unfolded_scene();
+  scene.environment.walls.push_back({{0.38, 0, 0}, {-1, 0, 0}});
+  auto config = teleop_rig::quick_config();
+  config.control.feedback_fade_s = 0.5;
+  Rig rig(config, scene);
+  press(rig);
+  const std::size_t first = rig.records.size();
+  control::TeleopTuning tuning = control::Teleoperation::tuning_of(config.control);
+  tuning.contact_share = 1;
+  rig.cycle.task().tune(tuning);
+  rig.run(3s);
+  const TeleopRecord& r = rig.last();
+  const Eigen::Vector3d contact_N = vector(r.contact_force_W_N);
+  const Eigen::Vector3d estimate_N = vector(r.contact_estimate_W_N);
+  EXPECT_LT(contact_N.x(), -3) << "the wall pushes the end effector back";
+  EXPECT_NEAR(estimate_N.x(), contact_N.x(), 0.4 * std::abs(contact_N.x()));
+  // The wall's x is against that of the handle's frame.
+  EXPECT_NEAR(r.grip_force_H_N[0], -0.1 * estimate_N.x(), 0.02 * std::abs(estimate_N.x()));
+  EXPECT_LT(steepest_N(rig, first), 0.05);
+  EXPECT_EQ(rig.cycle.task().phase(), TeleopPhase::kOperating);
+  expect_no_jump(rig);
+  expect_passive(rig);
+}
+
+/// Mean force on the hand while it moves through free air.
+double drag_N(double contact_share) {
+  auto config = teleop_rig::quick_config();
+  config.control.feedback.contact_share = contact_share;
+  Rig rig(config);
+  EXPECT_TRUE(rig.run_until(TeleopPhase::kOperating));
+  rig.run(1s);
+  const std::size_t first = rig.records.size();
+  rig.hand.move_to({-0.04, 0, 0}, 500ms);
+  rig.run(500ms);
+  double sum_N = 0;
+  for (std::size_t i = first; i < rig.records.size(); ++i) sum_N += commanded_N(rig.records[i]);
+  expect_passive(rig);
+  return sum_N / static_cast<double>(rig.records.size() - first);
+}
+
+TEST(Teleoperation, WithTheWholeContactShareTheHandMovesMoreFreely) {
+  const double by_spring_N = drag_N(0);
+  EXPECT_GT(by_spring_N, 0.05) << "there is nothing to improve";
+  EXPECT_LT(drag_N(1), 0.6 * by_spring_N);
+}
+
 TEST(Teleoperation, ATunedScaleMovesNothingByItself) {
   Rig rig;
   ASSERT_TRUE(rig.run_until(TeleopPhase::kOperating));
