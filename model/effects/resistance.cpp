@@ -2,13 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <type_traits>
 #include <variant>
-#include <vector>
 
 #include "model/effects/dissipation.h"
-#include "model/effects/effect_chain.h"
 #include "model/friction/law_compensator.h"
 
 namespace model::effects {

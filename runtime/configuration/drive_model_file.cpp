@@ -113,6 +113,10 @@ void read_effect(TomlTable& table, std::vector<AnyEffect>& effects) {
   std::string type;
   table.text("type", type, {.required = true});
   if (type == Empirical::kName) return read_empirical(table, effects);
+  if (type == model::effects::LoadFriction::kName && std::ranges::any_of(effects, [](const AnyEffect& any) {
+        return std::holds_alternative<model::effects::LoadFriction>(any);
+      }))
+    table.refuse("type", fmt::format("is '{}' again: a drive has one gear", type));
   for (const auto& family : kFamilies)
     for (const EffectDescription& effect : family())
       if (effect.name == type)

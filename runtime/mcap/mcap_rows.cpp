@@ -279,6 +279,8 @@ void read_mcap_rows(const std::function<ReadBytes()>& open, const std::string& f
   }
   if (!torn.empty() && survey.joint_topics.empty()) throw ConfigError({torn});
   const auto& [name, topic] = chosen_topic(survey, file);
+  if (survey.library.starts_with("youbot-hal") && visitor.warning)
+    visitor.warning("the recording's own rows are damaged; read " + name + ", which has fewer of them");
   std::vector<std::string> joints = topic.joints;
   if (!choice.joint.empty()) {
     if (std::ranges::find(joints, choice.joint) == joints.end())

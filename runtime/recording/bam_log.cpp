@@ -39,8 +39,10 @@ json parsed(std::string_view text, const std::string& name) {
       fail(name, "is no log of bam: an object with 'entries', a list, was expected");
     return log;
   } catch (const json::parse_error& error) {
-    fail(name,
-         "is torn, or no JSON, from byte " + std::to_string(error.byte) + " on; record or copy it again");
+    fail(name, "is torn, or no JSON (which has no NaN), from byte " + std::to_string(error.byte) +
+                   " on; mend it there, or record or copy it again");
+  } catch (const json::out_of_range&) {
+    fail(name, "has a number beyond all floating-point numbers; record it again");
   }
 }
 

@@ -38,7 +38,7 @@ struct Unit {
   std::string_view name;
   Kind kind;
   double scale;
-  double offset = 0;  ///< added before the scale
+  double offset = 0;  ///< SI; added after the scale
   std::string_view needs{};
   bool inverse = false;
 };
@@ -146,6 +146,8 @@ class MapReader {
     table.number("factor", factor);
     if (factor == 0) table.refuse("factor", "is 0: every value would be the same");
     column.scale *= sign * factor;
+    if (quantity.kind == Kind::kAngle && table.has("wraps_at"))
+      table.number("wraps_at", column.wraps_at, {.min = 1e-6, .max = 1e12});
     if (has_side(quantity.kind)) {
       bool motor = false;
       table.choice("side", motor, {{"joint", false}, {"motor", true}});
@@ -191,17 +193,6 @@ class MapReader {
   double gear_ratio_ = 0;
 };
 
-bool is_same_value(std::string_view a, std::string_view b) {
-  if (a == b) return true;
-  double x = 0;
-  double y = 0;
-  const auto number = [](std::string_view text, double& value) {
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    return error == std::errc() && end == text.data() + text.size();
-  };
-  return number(a, x) && number(b, y) && x == y;
-}
-
 std::string in_quotes(std::string_view text) {
   constexpr std::size_t kLongest = 40;
   std::string result = "'";
@@ -224,6 +215,7 @@ ColumnMapper::ColumnMapper(const ColumnMap& map, std::span<const std::string> na
     const auto at = find(names, column.column, "[" + column.quantity + "]");
     if (at) used[*at] = true;
     at_.push_back(at.value_or(0));
+    turns_.emplace_back();
     quantities_.push_back(column.quantity);
   }
   if (!map.only_column.empty()) {
@@ -262,10 +254,10 @@ void ColumnMapper::prepare_servo(const std::map<std::string, double, std::less<>
   const auto value = [&](const std::optional<double>& given, std::string_view key, std::string_view logged) {
     if (given) return *given;
     if (const auto found = header.find(logged);
-        found != header.end() && std::abs(found->second) <= kLargestServoValue)
+        found != header.end() && found->second >= 0 && found->second <= kLargestServoValue)
       return found->second;
     problems_.push_back("the servo's " + std::string(key) +
-                        " is not in the log, or not within 1e6; set it in " +
+                        " is not in the log, or not within 0 to 1e6; set it in " +
                         "[torque_command_Nm.servo] of " + map_.name);
     return 0.0;
   };
@@ -294,9 +286,16 @@ bool ColumnMapper::parse(std::string_view field, double& value) const {
   return error == std::errc() && end == text.data() + field.size();
 }
 
+bool ColumnMapper::is_chosen(std::string_view field) const {
+  double value = 0;
+  double wanted = 0;
+  return field == map_.only_value ||
+         (parse(field, value) && parse(map_.only_value, wanted) && value == wanted);
+}
+
 ColumnMapper::Row ColumnMapper::convert(std::span<const std::string_view> fields, std::vector<double>& values,
                                         std::string& problem) {
-  if (only_at_ && !is_same_value(fields[*only_at_], map_.only_value)) return Row::kLeftOut;
+  if (only_at_ && !is_chosen(fields[*only_at_])) return Row::kLeftOut;
   values.clear();
   for (std::size_t i = 0; i < map_.columns.size(); ++i) {
     const MappedColumn& column = map_.columns[i];
@@ -316,7 +315,13 @@ ColumnMapper::Row ColumnMapper::convert(std::span<const std::string_view> fields
       if (!first_time_ && std::isfinite(value)) first_time_ = value;
       value -= first_time_.value_or(0);
     }
-    values.push_back((value + column.offset) * column.scale);
+    if (column.wraps_at > 0 && std::isfinite(value)) {
+      Turns& turns = turns_[i];
+      if (turns.last) turns.whole -= std::round((value - *turns.last) / column.wraps_at);
+      turns.last = value;
+      value += turns.whole * column.wraps_at;
+    }
+    values.push_back(value * column.scale + column.offset);
     if (!std::isfinite(values.back())) {
       problem = "column " + in_quotes(column.column) + " " + in_quotes(field) +
                 " is not a finite number; delete the line or measure again";

@@ -49,7 +49,8 @@ struct MappedColumn {
   std::string quantity;  ///< column of the recording: position_rad
   std::string column;    ///< of the table
   double scale = 1;      ///< SI, joint side, sign and factor
-  double offset = 0;     ///< added to the value before the scale
+  double offset = 0;     ///< SI; added after the scale
+  double wraps_at = 0;   ///< unit of the table; the count begins anew there; 0: never
 };
 
 struct ColumnMap {
@@ -88,10 +89,17 @@ class ColumnMapper {
   Row convert(std::span<const std::string_view> fields, std::vector<double>& values, std::string& problem);
 
  private:
+  /// Of an encoder that counts within one turn only.
+  struct Turns {
+    std::optional<double> last{};
+    double whole = 0;
+  };
+
   std::optional<std::size_t> find(std::span<const std::string> names, const std::string& column,
                                   const std::string& use);
   void prepare_servo(const std::map<std::string, double, std::less<>>& header);
   bool parse(std::string_view field, double& value) const;
+  bool is_chosen(std::string_view field) const;  // by [only]
 
   const ColumnMap& map_;
   std::vector<std::size_t> at_;  // field of each mapped column
@@ -100,7 +108,8 @@ class ColumnMapper {
   std::vector<std::string> left_out_;
   std::vector<std::string> problems_;
   std::optional<double> first_time_;
-  double Nm_per_rad_ = 0;  // of the servo
+  std::vector<Turns> turns_;  // of each mapped column
+  double Nm_per_rad_ = 0;     // of the servo
   double limit_Nm_ = 0;
   std::size_t command_at_ = 0;  // among the values
   std::size_t position_at_ = 0;

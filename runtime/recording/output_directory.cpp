@@ -63,7 +63,7 @@ void try_output_directory(const fs::path& directory) {
 void require_no_results(const fs::path& directory, const std::vector<std::string>& files) {
   std::error_code unknown;
   for (const std::string& file : files)
-    if (fs::exists(directory / file, unknown))
+    if (fs::exists(fs::symlink_status(directory / file, unknown)))  // also a link to nothing
       throw std::invalid_argument("--out: " + (directory / file).string() +
                                   " is there already and is not replaced; name a new directory");
 }

@@ -117,7 +117,9 @@ class Reader {
     if (!whole) fail(line_, "the file ends within the row of column names; nothing was recorded");
     char separator = map.separator;
     if (separator == 0)
-      separator = line.find(';') != line.npos ? ';' : line.find('\t') != line.npos ? '\t' : ',';
+      separator = find_separator(line, ';') != line.npos    ? ';'
+                  : find_separator(line, '\t') != line.npos ? '\t'
+                                                            : ',';
     std::vector<std::string_view> fields;
     split(line, separator, fields);
     const std::vector<std::string> names(fields.begin(), fields.end());
@@ -186,11 +188,22 @@ class Reader {
     return have_line;
   }
 
+  /// Outside of quotation marks.
+  static std::size_t find_separator(std::string_view line, char separator) {
+    bool in_quotes = false;
+    for (std::size_t i = 0; i < line.size(); ++i) {
+      if (line[i] == '"') in_quotes = !in_quotes;
+      if (line[i] == separator && !in_quotes) return i;
+    }
+    // A quotation mark that is never closed is part of the text.
+    return in_quotes ? line.find(separator) : line.npos;
+  }
+
   /// Without the quotation marks that some programs put around names and numbers.
   static void split(std::string_view line, char separator, std::vector<std::string_view>& fields) {
     fields.clear();
     for (;;) {
-      const std::size_t end = line.find(separator);
+      const std::size_t end = find_separator(line, separator);
       std::string_view field = trimmed(line.substr(0, end));
       if (field.size() >= 2 && field.front() == '"' && field.back() == '"')
         field = field.substr(1, field.size() - 2);
@@ -240,8 +253,10 @@ class Reader {
       warn(0, std::to_string(rows_left_out_) + (rows_left_out_ == 1 ? " row was" : " rows were") +
                   " left out by the value of another column ([only], or a log's torque_enable)");
     if (result_.recording.rows() == 0 && problems_.empty())
-      problem(line_, rows_left_out_ > 0 ? "no row is one of those that [only] names"
-                                        : "no data rows; was anything recorded?");
+      problem(line_,
+              rows_left_out_ > 0
+                  ? "the value of another column leaves out all rows ([only], or a log's torque_enable)"
+                  : "no data rows; was anything recorded?");
     finish();
     return std::move(result_);
   }

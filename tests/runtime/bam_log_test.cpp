@@ -53,6 +53,20 @@ TEST(BamLog, EntriesBecomeRowsAndTheRunsValuesComments) {
             read.recording.comments.end());
 }
 
+TEST(BamLog, ANumberThatIsTooLargeIsAnErrorOfTheFile) {
+  const std::string whole = log(entry(0, 0.1, 0.2));
+  const std::string message = problem("{\"kp\": 1e999, " + whole.substr(1));
+  EXPECT_NE(message.find("f.json"), std::string::npos) << message;
+  EXPECT_NE(message.find("has a number beyond"), std::string::npos) << message;
+}
+
+TEST(BamLog, ADeeplyNestedValueIsLeftOut) {
+  const std::string deep = std::string(200'000, '[') + std::string(200'000, ']');
+  const std::string whole = log(entry(0, 0.1, 0.2) + "," + entry(0.005, 0.2, 0.2));
+  const auto read = parse_bam_log("{\"notes\": " + deep + ", " + whole.substr(1), "f.json", nullptr);
+  EXPECT_EQ(read.recording.rows(), 2U);
+}
+
 TEST(BamLog, RowsWithTheTorqueOffAreLeftOut) {
   const auto read = parse_bam_log(
       log(entry(0, 0.1, 0.2) + "," + entry(0.005, 0.2, 0.2, false) + "," + entry(0.01, 0.3, 0.2)), "f.json",

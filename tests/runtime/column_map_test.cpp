@@ -126,6 +126,42 @@ TEST_F(ColumnMaps, ColumnsThatItDoesNotNameAreLeftOutAndReported) {
   EXPECT_NE(read.warnings[0].find("were left out: 'mood', 'mood'"), std::string::npos) << read.warnings[0];
 }
 
+TEST_F(ColumnMaps, WithinQuotationMarksASeparatorIsText) {
+  const auto read = parse_recording(
+      "\"t\",\"q\",\"Pos, deg\"\n\"0,0\",\"1,5\",\"2,5\"\n\"0,5\",\"-2,25\",\"3\"\n", "f.csv",
+      map("decimal = \",\"\n" + kTime + "[position_rad]\ncolumn = \"Pos, deg\"\nunit = \"rad\"\n"));
+  ASSERT_EQ(read.recording.rows(), 2U);
+  EXPECT_EQ(read.recording.column("time_s")[1], 0.5);
+  EXPECT_EQ(read.recording.column("position_rad")[0], 2.5);
+}
+
+TEST_F(ColumnMaps, AnEncoderThatBeginsAnewEachTurnIsCountedOn) {
+  const auto read = parse_recording(
+      "t,q\n0,3000\n1,3900\n2,800\n3,1700\n4,700\n5,3800\n", "f.csv",
+      map("gear_ratio = 10\n" + kTime +
+          "[position_rad]\ncolumn = \"q\"\nunit = \"counts\"\ncounts_per_rev = 4000\nwraps_at = 4000\n"
+          "side = \"motor\"\n"));
+  const std::vector<double> counts{3000, 3900, 4800, 5700, 4700, 3800};
+  ASSERT_EQ(read.recording.rows(), counts.size());
+  for (std::size_t i = 0; i < counts.size(); ++i)
+    EXPECT_NEAR(read.recording.column("position_rad")[i], counts[i] / 4000 * 2 * std::numbers::pi / 10,
+                1e-12);
+}
+
+TEST_F(ColumnMaps, AFactorOfKelvinDoesNotScaleTheZero) {
+  const auto read = parse_recording(
+      "t,q,T\n0,1,2981\n1,2,3000\n", "f.csv",
+      map(kTime + kPosition + "[temperature_C]\ncolumn = \"T\"\nunit = \"K\"\nfactor = 0.1\n"));
+  EXPECT_NEAR(read.recording.column("temperature_C")[0], 24.95, 1e-9);
+}
+
+TEST_F(ColumnMaps, TheValueOfOneRunHasTheTablesDecimalPoint) {
+  const auto read =
+      parse_recording("run;t;q\n3,0;0;1\n3;1;2\n4;2;3\n", "f.csv",
+                      map("decimal = \",\"\n[only]\ncolumn = \"run\"\nvalue = \"3\"\n" + kTime + kPosition));
+  EXPECT_EQ(read.recording.rows(), 2U);
+}
+
 TEST_F(ColumnMaps, OnlyTheRowsOfOneRunAreTaken) {
   const std::string only = "[only]\ncolumn = \"run\"\nvalue = \"3\"\n";
   const std::string table = "run,t,q\n2,0,1\n3.0,0,5\n3,1,6\n4,0,7\n";
@@ -135,7 +171,7 @@ TEST_F(ColumnMaps, OnlyTheRowsOfOneRunAreTaken) {
   ASSERT_EQ(read.warnings.size(), 1U);
   EXPECT_EQ(read.warnings[0],
             "f.csv: 2 rows were left out by the value of another column ([only], or a log's torque_enable)");
-  expect_problem("run,t,q\n2,0,1\n", only + kTime + kPosition, "no row is one of those that [only] names");
+  expect_problem("run,t,q\n2,0,1\n", only + kTime + kPosition, "leaves out all rows ([only]");
 }
 
 TEST_F(ColumnMaps, AServosTorqueFollowsItsPositionErrorUpToItsSupply) {

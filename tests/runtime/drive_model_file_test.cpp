@@ -107,6 +107,13 @@ TEST_F(DriveModelFile, EffectsWithoutTheirLaterParametersAreRead) {
       << "which ripple";
 }
 
+TEST_F(DriveModelFile, ADriveHasOneGear) {
+  const std::string gear = "[[effect]]\ntype = \"load_friction\"\nshare = 0.2\n";
+  const auto found = problems(std::string(kHead) + gear + gear);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_NE(found[0].find("a drive has one gear"), std::string::npos) << found[0];
+}
+
 TEST_F(DriveModelFile, ATermThatIsNoneIsRefusedWithItsLine) {
   const std::string effect = std::string(kHead) + "[[effect]]\ntype = \"empirical\"\n";
   EXPECT_EQ(problems(effect),
