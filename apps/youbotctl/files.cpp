@@ -1,8 +1,10 @@
 #include "apps/youbotctl/files.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -11,6 +13,7 @@
 #include "hal/setup_error.h"
 #include "runtime/log.h"
 #include "runtime/mcap/convert.h"
+#include "runtime/mcap/new_file.h"
 #include "runtime/mcap/recover.h"
 #include "runtime/program/exit_code.h"
 #include "runtime/program/wording.h"
@@ -20,10 +23,41 @@
 namespace youbotctl {
 namespace {
 
+// Comments about the conversion itself.
+constexpr const char* kConvertedFrom = "converted_from";
+constexpr const char* kColumns = "columns";
+
 std::string one_line(std::string text) {
   std::ranges::replace_if(
       text, [](unsigned char c) { return c < 0x20 || c == 0x7F; }, ' ');
   return text;
+}
+
+/// The file has its name once it is complete. Returns the number of rows.
+std::uint64_t write_complete(const std::filesystem::path& out,
+                             const std::vector<runtime::RecordingFile::Comment>& comments,
+                             const identification::Recording& recording) {
+  std::filesystem::path part = out;
+  part.replace_extension(".part" + out.extension().string());  // the extension is that of the format
+  std::vector<runtime::RecordingFile::Column> columns;
+  for (const auto& column : recording.columns) columns.push_back({column.name});
+  runtime::RecordingFile file(part, comments, columns);
+  try {
+    std::vector<double> row(columns.size());
+    for (std::size_t i = 0; i < recording.rows(); ++i) {
+      for (std::size_t k = 0; k < row.size(); ++k) row[k] = recording.columns[k].values[i];
+      file.append_row(row);
+    }
+    file.close();
+    if (const std::string problem = file.error(); !problem.empty())
+      throw hal::SetupError(out.string(), "write the recording: " + problem, "free some space");
+  } catch (...) {
+    std::error_code stays;
+    std::filesystem::remove(part, stays);
+    throw;
+  }
+  runtime::mcap::publish(part, out);
+  return file.rows_written();
 }
 
 }  // namespace
@@ -43,6 +77,9 @@ int convert(const std::filesystem::path& in, const std::filesystem::path& out, c
 
 int import_table(const std::filesystem::path& in, const std::filesystem::path& out,
                  const std::filesystem::path& columns, bool quiet) {
+  if (out.extension() != ".csv" && out.extension() != ".mcap")
+    throw std::invalid_argument("convert: expected a .csv or an .mcap file to create, not " + out.string());
+  runtime::mcap::require_absent(out);
   runtime::ReadOptions options;
   if (!columns.empty())
     options.columns = std::make_shared<runtime::ColumnMap>(runtime::read_column_map(columns));
@@ -56,25 +93,17 @@ int import_table(const std::filesystem::path& in, const std::filesystem::path& o
     comments.push_back({"rig", recording.rig});
   // A recording's comments are single lines, and their keys have no colon.
   for (const auto& [key, value] : recording.comments)
-    if (std::string name = one_line(key); !name.empty()) {
+    if (std::string name = one_line(key); !name.empty() && name != kConvertedFrom && name != kColumns) {
       std::ranges::replace(name, ':', '_');
       comments.push_back({name, one_line(value)});
     }
-  comments.push_back({"converted_from", one_line(in.filename().string())});
-  if (!columns.empty()) comments.push_back({"columns", one_line(columns.filename().string())});
+  comments.push_back({kConvertedFrom, one_line(in.filename().string())});
+  if (!columns.empty()) comments.push_back({kColumns, one_line(columns.filename().string())});
   std::vector<runtime::RecordingFile::Column> names;
   for (const auto& column : recording.columns) names.push_back({column.name});
-  runtime::RecordingFile file(out, comments, names);
-  std::vector<double> row(names.size());
-  for (std::size_t i = 0; i < recording.rows(); ++i) {
-    for (std::size_t k = 0; k < row.size(); ++k) row[k] = recording.columns[k].values[i];
-    file.append_row(row);
-  }
-  file.close();
-  if (const std::string problem = file.error(); !problem.empty())
-    throw hal::SetupError(out.string(), "write the recording: " + problem, "free some space");
+  const std::uint64_t rows = write_complete(out, comments, recording);
   if (!quiet)
-    std::printf("%s: %llu rows of %s\n", out.c_str(), static_cast<unsigned long long>(file.rows_written()),
+    std::printf("%s: %llu rows of %s\n", out.c_str(), static_cast<unsigned long long>(rows),
                 in.filename().c_str());
   return runtime::kExitOk;
 }

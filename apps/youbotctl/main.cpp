@@ -227,8 +227,8 @@ int main(int argc, char** argv) {
       "Commands a running youbotd (youbotd --control) and converts its recordings. ENABLE MOVES A MACHINE.",
       "youbotctl");
   app.footer(
-      "Exit codes: 0 done, 2 usage, or youbotd refused, 3 no youbotd is running, 4 the run was stopped "
-      "by a fault.");
+      "Exit codes: 0 done, 2 usage, or youbotd refused, 3 no youbotd is running, or a file cannot be read or "
+      "written, 4 the run was stopped by a fault.");
   app.require_subcommand(1);
   app.add_option("--socket", arguments.socket, "path of youbotd's control socket, its --control")
       ->capture_default_str();

@@ -66,6 +66,33 @@ TEST_F(YoubotctlFiles, AWheelOfARecordingIsWrittenAlone) {
   EXPECT_EQ(ctl("convert --joint wheel-2 wheel-2.csv wheel-2.mcap").exit_code, 2);
 }
 
+TEST_F(YoubotctlFiles, ATableHasItsNameOnceItIsComplete) {
+  std::string table = "t,q\n";
+  for (int i = 0; i < 20000; ++i) table += std::to_string(i) + "," + std::to_string(i % 7) + ".5\n";
+  folder_.write("table.csv", table);
+  folder_.write("map.toml",
+                "format = \"youbot-column-map/1\"\n[time_s]\ncolumn = \"t\"\nunit = \"ms\"\n"
+                "[position_rad]\ncolumn = \"q\"\nunit = \"deg\"\n");
+  for (const std::string out : {"out.csv", "out.mcap"}) {
+    const CommandResult full =
+        run_command("cd " + folder_.path().string() + " && ulimit -f 20; " + support::program("youbotctl") +
+                    " convert table.csv " + out + " --columns map.toml");
+    EXPECT_EQ(full.exit_code, 3) << full.output;
+    EXPECT_FALSE(fs::exists(folder_ / out)) << full.output;
+    const CommandResult done = ctl("convert table.csv " + out + " --columns map.toml");
+    EXPECT_EQ(done.exit_code, 0) << done.output;
+    EXPECT_TRUE(done.said("20000 rows")) << done.output;
+    EXPECT_EQ(ctl("convert table.csv " + out + " --columns map.toml").exit_code, 3) << "it is replaced";
+  }
+  std::size_t left = 0;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder_.path()))
+    left += entry.path().string().find(".part") != std::string::npos ? 1 : 0;
+  EXPECT_EQ(left, 0U);
+  const CommandResult other = ctl("convert table.csv out.json --columns map.toml");
+  EXPECT_EQ(other.exit_code, 2) << other.output;
+  EXPECT_TRUE(other.said("expected a .csv or an .mcap file")) << other.output;
+}
+
 TEST_F(YoubotctlFiles, ATornFileIsRecovered) {
   folder_.write("a.csv", [] {
     std::string text = "# youbot recording v1\n# rig: wheel-1\ntime_s,position_rad\n";
