@@ -84,7 +84,12 @@ int main(int argc, char** argv) {
   add_export(app, exported);
   // The library would ask for them before a subcommand, too.
   app.final_callback([&] {
-    if (!app.get_subcommands().empty()) return;
+    if (!app.get_subcommands().empty()) {
+      for (const CLI::Option* option : app.get_options())
+        if (!option->empty())
+          throw CLI::ValidationError(option->get_name(), "goes after 'export', if it has this option");
+      return;
+    }
     for (const CLI::Option* needed : {model, data, out})
       if (needed->empty()) throw CLI::RequiredError(needed->get_name());
   });
