@@ -68,9 +68,11 @@ BaseTask::BaseTask(const Config& config, const hal::Robot& robot, MotionSource& 
       joints_(robot.joints().size()),
       X_WB_(config.start),
       may_be_outside_m_(allowed_outside_m(config)) {
-  if (joints_ < kWheels)
-    throw std::invalid_argument("the base needs a robot with four wheels, this one has " +
-                                std::to_string(joints_) + (joints_ == 1 ? " joint" : " joints"));
+  if (joints_ < kWheels || robot.joints().front().name.starts_with("arm"))
+    throw std::invalid_argument(
+        "the base needs a robot with four wheels, this one has " + std::to_string(joints_) +
+        (joints_ == 1 ? " joint" : " joints") +
+        (joints_ > 0 ? ", the first of which is " + robot.joints().front().name : ""));
   for (const hal::JointInfo& wheel : robot.joints().first(kWheels))
     if (config.controller.torque_limit_Nm > wheel.torque_limit_Nm)
       throw std::invalid_argument(

@@ -377,6 +377,8 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   if (config.robot.ethercat.home_arms) config.cycle.enable_timeout = runtime::kHomingTimeout;
 
   // Constraints between values.
+  if (config.robot.ethercat.kind == hal::YoubotKind::kArm)
+    ethercat.refuse("kind", "is 'arm', but it is the base that drives; youbot-bench measures an arm alone");
   const Cycle::Config& cycle = config.cycle;
   const double period_s = std::chrono::duration<double>(cycle.period).count();
   // The cycle that waited in vain ends within a period, and the next one starts within another.

@@ -169,10 +169,6 @@ int run_teleoperation(const Arguments& arguments, const operation::Config& confi
 
 /// Commanded over a socket, until a signal ends it.
 int serve(const Arguments& arguments) {
-  if (arguments.session.virtual_time || arguments.demo || arguments.session.duration)
-    throw std::invalid_argument(
-        "--control serves in real time until it is stopped: not with --virtual-time, "
-        "--demo or --duration");
   youbotd::serve({.service = {.config_file = arguments.session.config_file,
                               .record_directory = arguments.session.record_directory,
                               .record_format = arguments.session.record_format,
@@ -230,9 +226,14 @@ int run(Arguments arguments) {
   if (arguments.duration_s)
     arguments.session.duration = std::chrono::nanoseconds(std::llround(*arguments.duration_s * 1e9));
   choose_recording(arguments);
-  if (arguments.check) return run_check(arguments, config);
+  if (!arguments.control_socket.empty() &&
+      (arguments.session.virtual_time || arguments.demo || arguments.session.duration))
+    throw std::invalid_argument(
+        "--control serves in real time until it is stopped: not with --virtual-time, "
+        "--demo or --duration");
   if ((arguments.page || arguments.ros2) && arguments.session.virtual_time)
     throw std::invalid_argument("--page and --ros2 show real time: not with --virtual-time");
+  if (arguments.check) return run_check(arguments, config);
   if (is_all_simulated(config)) arguments.session.allow_non_real_time = true;
   runtime::stop_on_signals();
   if (!arguments.quiet)

@@ -121,6 +121,22 @@ TEST(YoubotdCommand, WrongUseAndWrongConfigurationExitWithTwo) {
   EXPECT_NE(missing.output.find("/nonexistent/file.toml"), std::string::npos);
 }
 
+TEST(YoubotdCommand, AnArmWithoutABaseIsNotDrivenAsOne) {
+  const support::TemporaryDirectory directory;
+  const fs::path config = directory.write(
+      "arm.toml", "robot = \"wire\"\n[ethercat]\nkind = \"arm\"\n[[path.leg]]\nforward_m = 0.1\n");
+  for (const char* option : {"--check", "--virtual-time"}) {
+    const Result refused = run({"--config", config, option});
+    EXPECT_EQ(refused.exit_code, 2) << refused.output;
+    EXPECT_TRUE(refused.said("arm.toml:3: 'ethercat.kind' is 'arm'")) << refused.output;
+  }
+}
+
+TEST(YoubotdCommand, TheCheckRefusesOptionsThatContradictEachOther) {
+  EXPECT_EQ(run({"--config", kDemo, "--check", "--control", "/tmp/no-socket", "--demo"}).exit_code, 2);
+  EXPECT_EQ(run({"--config", kDemo, "--check", "--page", "--virtual-time"}).exit_code, 2);
+}
+
 /// Ports 7400 + 250 · domain (DDSI-RTPS 9.6.1.1) end at 65535.
 TEST(YoubotdCommand, ADomainOfRos2HasAPort) {
   for (const char* wrong : {"233", "-1", "1.5", "x"}) {
