@@ -14,6 +14,7 @@
 
 #include "apps/youbotd/freshness.h"
 #include "apps/youbotd/page_assets.h"
+#include "apps/youbotd/request.h"
 #include "control/robot_model.h"
 #include "hal/setup_error.h"
 #include "report/assets.h"
@@ -134,13 +135,15 @@ class Page::CommandSession final : public live::Conversation {
     peer_.connection = kPages + ++page.sessions_;
     peer_.name = "the page at " + socket.client();
     peer_.heard = std::chrono::steady_clock::now();
+    (void)freshness_.hear(peer_.heard);  // the connection itself
   }
   ~CommandSession() override { page_.commands_.gone(peer_); }
 
   void hear(std::string_view message) override {
     peer_.heard = std::chrono::steady_clock::now();
     const bool fresh = freshness_.hear(peer_.heard);
-    if (!fresh && (message == "enable" || message == "acknowledge"))
+    const std::string_view command = command_of(message);
+    if (!fresh && (command == "enable" || command == "acknowledge"))
       return reply(
           refusal("this page was silent, and the request may have waited in the network: send it again"));
     if (message.starts_with(kTokenWord)) {

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "apps/youbotd/request.h"
 #include "hal/setup_error.h"
 
 namespace youbotd {
@@ -16,8 +17,8 @@ namespace youbotd {
 namespace {
 
 bool can_move(std::string_view request) {
-  return request == "enable" || request == "acknowledge" || request.starts_with("set ") ||
-         request.starts_with("steer ");
+  const std::string_view command = command_of(request);
+  return command == "enable" || command == "acknowledge" || command == "set" || command == "steer";
 }
 
 }  // namespace
@@ -37,7 +38,7 @@ void PageRequests::wake() const noexcept {
 }
 
 void PageRequests::ask(const Peer& peer, const std::string& request, Page::Reply reply) {
-  if (request == "stop") {
+  if (command_of(request) == "stop") {
     stop(peer.name);
     return reply(R"({"ok": true})");
   }

@@ -312,6 +312,14 @@ TEST_F(PageRequestsTest, AStopComesFirstAndWhatWasAskedBeforeItIsOutdated) {
   EXPECT_EQ(service.heard.back(), "page: enable") << "a later one counts";
 }
 
+TEST_F(PageRequestsTest, AStopOutdatesAnEnableHoweverItIsWritten) {
+  for (const char* request : {"enable ", " enable", "enable now", "\tenable\n", "set", "acknowledge\v"})
+    ask(request);
+  requests.stop("another page");
+  requests.deliver(service);
+  EXPECT_EQ(service.heard, (std::vector<std::string>{"another page: stop"}));
+}
+
 TEST_F(PageRequestsTest, AStopOutdatesOnlyWhatCanMove) {
   for (const char* request : {"enable", "disable", "alive", "set velocity 1 0 0", "status"}) ask(request);
   requests.stop("another page");
