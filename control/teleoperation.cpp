@@ -42,6 +42,8 @@ Teleoperation::Config checked(const Teleoperation::Config& config) {
   positive(config.feedback.force_limit_N, "force_limit_N");
   require(config.feedback.contact_share >= 0 && config.feedback.contact_share <= 1, "contact_share",
           config.feedback.contact_share);
+  if (config.feedback.contact_share > 0 && !config.tank.active)
+    throw std::invalid_argument("teleoperation: contact_share needs the energy tank: its force comes late");
   positive(config.centred_within_m, "centred_within_m");
   positive(config.unfolding_speed_rad_per_s, "unfolding_speed_rad_per_s");
   positive(config.unfolded_within_rad, "unfolded_within_rad");

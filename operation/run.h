@@ -61,6 +61,7 @@ class Run {
   /// run.
   virtual std::span<const std::string_view> tunable() const { return {}; }
   /// Likewise: takes the value of one of these keys from `config`.
+  /// @throws std::invalid_argument if it contradicts another setting of the run
   virtual void tune(std::string_view /*key*/, const Config& /*config*/) {}
 
   /// After the last cycle: closes the recording and writes the fault report, with the last `frames` of the

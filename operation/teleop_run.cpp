@@ -1,6 +1,7 @@
 #include "operation/teleop_run.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <utility>
@@ -109,7 +110,10 @@ Progress TeleopRun::progress() const noexcept {
 std::span<const std::string_view> TeleopRun::tunable() const { return tunable_keys(); }
 
 void TeleopRun::tune(std::string_view key, const Config& config) {
-  copy_tunable(key, config, tuned_);
+  Config tuned = tuned_;
+  copy_tunable(key, config, tuned);
+  require_consistent(tuned);
+  tuned_ = std::move(tuned);
   cycle_.task().tune(control::Teleoperation::tuning_of(fit_to_master(tuned_.teleoperation, master_.info())));
 }
 

@@ -1,6 +1,7 @@
 #include "operation/tunable.h"
 
 #include <array>
+#include <stdexcept>
 
 namespace operation {
 namespace {
@@ -51,6 +52,19 @@ std::span<const std::string_view> tunable_keys() noexcept { return kKeys; }
 void copy_tunable(std::string_view key, const Config& from, Config& to) noexcept {
   for (const Tunable& one : kTunable)
     if (one.key == key) one.copy(from.teleoperation, to.teleoperation);
+}
+
+void require_consistent(const Config& config) {
+  const Settings& settings = config.teleoperation;
+  if (settings.stiff.translation_N_per_m < settings.soft.translation_N_per_m)
+    throw std::invalid_argument("teleoperation.coupling.stiff_N_per_m is below soft_N_per_m of this run");
+  if (settings.stiff.rotation_Nm_per_rad < settings.soft.rotation_Nm_per_rad)
+    throw std::invalid_argument(
+        "teleoperation.coupling.stiff_Nm_per_rad is below soft_Nm_per_rad of this run");
+  if (settings.feedback.contact_share > 0 && !settings.tank.active)
+    throw std::invalid_argument(
+        "teleoperation.feedback.contact_share needs 'passivity', which this run has not: the observed force "
+        "comes late");
 }
 
 }  // namespace operation

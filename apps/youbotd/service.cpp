@@ -258,8 +258,10 @@ void Service::obey(const Peer& peer, const std::string& request) {
     throw Refusal(peer.name + " may look and stop; commands are for root, the user of youbotd and its group");
   if (command == "disable") return disable(peer);
   if (commander_ && !commands(peer)) throw Refusal(commander_->name + " commands; stop it first");
-  if (command == "acknowledge") return acknowledge(peer);
-  if (command == "enable") return enable(peer);
+  if (command == "acknowledge" || command == "enable") {
+    if (std::string more; words >> more) throw Refusal("'" + command + "' has no argument");
+    return command == "enable" ? enable(peer) : acknowledge(peer);
+  }
   if (command == "mode") {
     std::string mode;
     words >> mode;
@@ -321,9 +323,10 @@ void Service::enable(const Peer& peer) {
     throw Refusal("the last run was stopped by a fault at " + shortened(fault_) +
                   ": when its cause is gone, acknowledge it first (youbotctl acknowledge)");
   const operation::Config config = options_.configuration(settings_);
+  const operation::Config file = options_.configuration({});
   require_same_devices(config);
-  if (master_.device) open_master_again();
-  file_at_enable_ = options_.configuration({});
+  if (master_.device) open_master_again();  // takes seconds
+  file_at_enable_ = file;
   const operation::RunOptions options = next_run();
   operation::VelocitySource* velocity = nullptr;
   run_ = make_run(config, options, &velocity);
@@ -346,6 +349,7 @@ void Service::enable(const Peer& peer) {
 void Service::require_same_devices(const operation::Config& config) const {
   const bool same =
       config.cycle.period == config_.cycle.period && config.commander_timeout == config_.commander_timeout &&
+      config.cycle.command_timeout == config_.cycle.command_timeout &&
       same_geometry(config.cycle.controller.geometry, config_.cycle.controller.geometry) &&
       config.robot.name == config_.robot.name && config.robot.ethercat.kind == config_.robot.ethercat.kind &&
       config.haptic.name == config_.haptic.name &&
@@ -390,7 +394,8 @@ operation::RunOptions Service::next_run() const {
                             .live = options_.live};
   for (int number = 1; options_.record_directory; ++number) {
     run.record_directory = *options_.record_directory / ("run-" + std::to_string(number));
-    if (!std::filesystem::exists(*run.record_directory)) break;
+    std::error_code unknown;
+    if (!std::filesystem::exists(std::filesystem::symlink_status(*run.record_directory, unknown))) break;
   }
   for (const auto& [key, value] : settings_) run.settings += key + " = " + value + '\n';
   return run;
@@ -476,7 +481,8 @@ void Service::set(const Peer& peer, const std::string& key, const std::string& v
     // The file may have been edited since the enable: of it, only this key counts, and it keeps its ceiling.
     operation::Config tuned = *file_at_enable_;
     operation::copy_tunable(key, config, tuned);
-    operation::require_no_weaker(tuned, *file_at_enable_, options_.config_file);
+    operation::require_no_weaker(tuned, *file_at_enable_,
+                                 options_.config_file.string() + ", as it was at the enable,");
     run_->tune(key, tuned);
   }
   settings_ = std::move(settings);

@@ -322,6 +322,13 @@ TEST_F(TeleopSession, AStiffSpringIsNotSofterThanTheSoftOne) {
   EXPECT_TRUE(says(message, "stiff translation stiffness = 50")) << message;
 }
 
+TEST_F(TeleopSession, AnObservedForceNeedsPassivity) {
+  config.teleoperation.feedback.contact_share = 0.5;
+  config.teleoperation.tank.active = false;
+  const std::string message = refusal();
+  EXPECT_TRUE(says(message, "contact_share needs the energy tank")) << message;
+}
+
 // --- Recording ---
 
 TEST(TeleopRecording, EachColumnHoldsWhatItsNameSays) {

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <stdexcept>
+#include <string>
 
 namespace operation::tunable_test {
 
@@ -58,6 +60,29 @@ TEST(Tunable, AnotherKeyCopiesNothing) {
   Config config;
   copy_tunable("limits.force_N", another(), config);
   EXPECT_EQ(tuning_of(config), tuning_of({}));
+}
+
+TEST(Tunable, WhatContradictsTheRunIsRefusedByItsName) {
+  const auto refusal = [](const Config& config) {
+    try {
+      require_consistent(config);
+      return std::string();
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what());
+    }
+  };
+  EXPECT_EQ(refusal({}), "");
+  Config soft;
+  soft.teleoperation.stiff.translation_N_per_m = soft.teleoperation.soft.translation_N_per_m - 1;
+  EXPECT_NE(refusal(soft).find("stiff_N_per_m"), std::string::npos) << refusal(soft);
+  Config limp;
+  limp.teleoperation.stiff.rotation_Nm_per_rad = limp.teleoperation.soft.rotation_Nm_per_rad - 0.1;
+  EXPECT_NE(refusal(limp).find("stiff_Nm_per_rad"), std::string::npos) << refusal(limp);
+  Config late;
+  late.teleoperation.feedback.contact_share = 0.5;
+  EXPECT_EQ(refusal(late), "");
+  late.teleoperation.tank.active = false;
+  EXPECT_NE(refusal(late).find("passivity"), std::string::npos) << refusal(late);
 }
 
 }  // namespace operation::tunable_test
