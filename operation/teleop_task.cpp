@@ -82,6 +82,7 @@ std::array<double, 4> numbers(const Eigen::Quaterniond& q) noexcept { return {q.
 
 /// Empty unless the arm is under torque control.
 std::optional<control::ArmVector> arm_torque_Nm(const hal::RobotCommand& command) noexcept {
+  if (!command.enable) return std::nullopt;
   control::ArmVector torque_Nm;
   for (std::size_t i = kWheels; i < kJoints; ++i) {
     if (command.joints[i].mode != hal::CommandMode::kTorque) return std::nullopt;
