@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <variant>
 
 #include "model/effects/effect_chain.h"
 
@@ -26,10 +27,14 @@ constexpr double kExact = 1e-6;
 }  // namespace
 
 double gap_with_sliding_Nm(const MeasuredGap& data, const DriveModel& carried, const SlidingFit& sliding) {
-  DriveModel slides = carried;
+  DriveModel without_memory = carried;  // of a friction law, the fit has the steady curve
+  std::erase_if(without_memory.effects, [](const auto& effect) {
+    return std::holds_alternative<model::effects::FrictionLaw>(effect);
+  });
+  DriveModel slides = without_memory;
   std::erase_if(slides.effects, [](const auto& effect) { return part_of(effect) != Part::kSliding; });
   const model::effects::EffectChain chain(slides.effects);
-  return data.gap_Nm(carried, [&](const Signals& s) {
+  return data.gap_Nm(without_memory, [&](const Signals& s) {
     std::vector<double> more(s.size());
     for (std::size_t i = 0; i < s.size(); ++i) {
       const double speed = std::abs(s.velocity_rad_per_s[i]);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <variant>
 
 #include "identification/gap/regression.h"
 #include "model/effects/effect_chain.h"
