@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "identification/gap/parallel.h"
+#include "model/effects/effect_chain.h"
 #include "model/servo_law_keys.h"
 #include "sim/model_drive.h"
 

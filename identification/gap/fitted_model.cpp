@@ -8,6 +8,7 @@
 #include <numbers>
 #include <numeric>
 #include <string>
+#include <variant>
 
 #include "identification/gap/parallel.h"
 

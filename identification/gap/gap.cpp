@@ -343,9 +343,10 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
     if (const std::size_t left_out =
             all_data.size() + all_held_out.size() - searched_runs.size() - held_out_runs.size();
         left_out > 0)
-      result.notes.push_back(std::to_string(left_out) +
-                             " of the recordings are not simulated with the servo: they lack a set-point, a "
-                             "position, or numbers in it.");
+      result.notes.push_back(
+          std::to_string(left_out) +
+          " of the recordings are not simulated with the servo: they lack a set-point or a "
+          "position, or have one that is not a number.");
   }
   Diagnosed looked = diagnose(std::move(all_data), base);
   Diagnosed looked_held_out = diagnose(std::move(all_held_out), base);

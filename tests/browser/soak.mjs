@@ -47,6 +47,7 @@ const sim = spawn(youbot_sim, ['--interface', 'veth-s', '--robot', 'base', '--fa
   {stdio: ['ignore', 'pipe', 'inherit']});
 await new Promise(resolve => sim.stdout.once('data', resolve));
 sim.stdout.resume();
+let code;
 const service = start(youbotd, ['--config', patient(folder), '--robot', 'ethercat:veth-c', '--allow-non-rt',
   '--control', join(folder, 'control'), '--record', join(folder, 'runs')]);
 const browser = await launch();
@@ -167,10 +168,10 @@ try {
   }
 } finally {
   service.child.kill('SIGTERM');
-  const code = await service.ended;
+  code = await service.ended;
   console.log(service.log.match(/ended after \d+ cycles, \d+ overruns/)?.[0] ?? service.log.slice(-2000));
-  assert.equal(code, 0, 'youbotd did not end well');
   sim.kill('SIGTERM');
   await browser.close();
 }
+assert.equal(code, 0, 'youbotd did not end well');
 process.exit(0);  // the clients would go on
