@@ -24,10 +24,11 @@ project() {
   echo ']' >>"$1/build/compile_commands.json"
 }
 
+alone=(--alone)
 # expect WHAT FOLDER KNOWN FINDINGS [FILE...]: FILE: has findings.
 expect() {
   local output status=0 file
-  output=$(cd "$2" && TIDY_ROOT=$2 "$root/.ci/tidy" --alone build a.cpp b.cpp c.cpp 2>&1) || status=$?
+  output=$(cd "$2" && TIDY_ROOT=$2 "$root/.ci/tidy" "${alone[@]}" build a.cpp b.cpp c.cpp 2>&1) || status=$?
   for file in "tidy: 3 files, $3 known to pass, $4 with findings" "${@:5}"; do
     grep --quiet --fixed-strings "$file" <<<"$output" || { printf 'tidy_test: %s: no "%s" in:\n%s\n' "$1" "$file" "$output"; exit 1; }
   done
@@ -86,4 +87,6 @@ expect 'a finding in the header' "$scratch/four" 1 2 'tidy: a.cpp,' 'tidy: b.cpp
 sed -i '/BadName/d' "$scratch/four/shared.h"
 sed -i '/include/d' "$scratch/four/b.cpp"
 expect 'a missing include' "$scratch/four" 1 1 'tidy: b.cpp,' "undeclared identifier 'good_name'"
+alone=()
+expect 'a missing include, not compiled alone' "$scratch/four" 3 0
 echo 'tidy_test: passed'
