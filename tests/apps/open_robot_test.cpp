@@ -181,7 +181,9 @@ TEST(OpenRobot, TheBasesPathIsNotDrivenOnOneJoint) {
     (void)operation::run_session(config, {}, stop);
     FAIL() << "ran";
   } catch (const std::invalid_argument& error) {
-    EXPECT_STREQ(error.what(), "the base needs a robot with four wheels, this one has 1 joint");
+    EXPECT_STREQ(
+        error.what(),
+        "the base needs a robot with four wheels, this one has 1 joint, the first of which is wheel-1");
   }
 }
 
