@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <numbers>
 #include <system_error>
+#include <utility>
 
 #include "runtime/configuration/closest_name.h"
 #include "runtime/configuration/toml_reader.h"
@@ -293,6 +294,24 @@ bool ColumnMapper::is_chosen(std::string_view field) const {
          (parse(field, value) && parse(map_.only_value, wanted) && value == wanted);
 }
 
+/// A set-point that wraps begins in the turn that is nearest to the position: both sides of the wrap are
+/// near.
+void ColumnMapper::align_set_point(std::vector<double>& values) {
+  const auto index = [this](std::string_view quantity) {
+    return static_cast<std::size_t>(std::ranges::find(map_.columns, quantity, &MappedColumn::quantity) -
+                                    map_.columns.begin());
+  };
+  const std::size_t position = index("position_rad");
+  const std::size_t command = index("position_command_rad");
+  if (position == map_.columns.size() || command == map_.columns.size()) return;
+  const MappedColumn& column = map_.columns[command];
+  if (column.wraps_at <= 0) return;
+  const double turn_rad = column.wraps_at * column.scale;
+  const double turns = std::round((values[position] - values[command]) / turn_rad);
+  turns_[command].whole += turns;
+  values[command] += turns * turn_rad;
+}
+
 ColumnMapper::Row ColumnMapper::convert(std::span<const std::string_view> fields, std::vector<double>& values,
                                         std::string& problem) {
   if (only_at_ && !is_chosen(fields[*only_at_])) return Row::kLeftOut;
@@ -328,6 +347,7 @@ ColumnMapper::Row ColumnMapper::convert(std::span<const std::string_view> fields
       return Row::kRefused;
     }
   }
+  if (!std::exchange(aligned_, true)) align_set_point(values);
   if (map_.servo)
     values.push_back(
         std::clamp(Nm_per_rad_ * (values[command_at_] - values[position_at_]), -limit_Nm_, limit_Nm_));

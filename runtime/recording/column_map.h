@@ -50,7 +50,7 @@ struct MappedColumn {
   std::string column;    ///< of the table
   double scale = 1;      ///< SI, joint side, sign and factor
   double offset = 0;     ///< SI; added after the scale
-  double wraps_at = 0;   ///< unit of the table; the count begins anew there; 0: never
+  double wraps_at = 0;   ///< unit of the table; at which the count starts again; 0: never
 };
 
 struct ColumnMap {
@@ -99,6 +99,7 @@ class ColumnMapper {
                                   const std::string& use);
   void prepare_servo(const std::map<std::string, double, std::less<>>& header);
   bool parse(std::string_view field, double& value) const;
+  void align_set_point(std::vector<double>& values);
   bool is_chosen(std::string_view field) const;  // by [only]
 
   const ColumnMap& map_;
@@ -109,7 +110,8 @@ class ColumnMapper {
   std::vector<std::string> problems_;
   std::optional<double> first_time_;
   std::vector<Turns> turns_;  // of each mapped column
-  double Nm_per_rad_ = 0;     // of the servo
+  bool aligned_ = false;
+  double Nm_per_rad_ = 0;  // of the servo
   double limit_Nm_ = 0;
   std::size_t command_at_ = 0;  // among the values
   std::size_t position_at_ = 0;

@@ -188,12 +188,15 @@ class Reader {
     return have_line;
   }
 
-  /// Outside of quotation marks.
+  /// Outside of quotation marks, which begin at the start of a field: elsewhere they are inches.
   static std::size_t find_separator(std::string_view line, char separator) {
     bool in_quotes = false;
+    bool at_start = true;  // of a field
     for (std::size_t i = 0; i < line.size(); ++i) {
-      if (line[i] == '"') in_quotes = !in_quotes;
-      if (line[i] == separator && !in_quotes) return i;
+      const char c = line[i];
+      if (c == '"' && (in_quotes || at_start)) in_quotes = !in_quotes;
+      if (c == separator && !in_quotes) return i;
+      at_start = !in_quotes && (c == ',' || c == ';' || c == '\t' || (at_start && c == ' '));
     }
     // A quotation mark that is never closed is part of the text.
     return in_quotes ? line.find(separator) : line.npos;

@@ -135,7 +135,7 @@ TEST_F(ColumnMaps, WithinQuotationMarksASeparatorIsText) {
   EXPECT_EQ(read.recording.column("position_rad")[0], 2.5);
 }
 
-TEST_F(ColumnMaps, AnEncoderThatBeginsAnewEachTurnIsCountedOn) {
+TEST_F(ColumnMaps, AnEncoderThatStartsAgainEachTurnIsCountedOn) {
   const auto read = parse_recording(
       "t,q\n0,3000\n1,3900\n2,800\n3,1700\n4,700\n5,3800\n", "f.csv",
       map("gear_ratio = 10\n" + kTime +
@@ -146,6 +146,25 @@ TEST_F(ColumnMaps, AnEncoderThatBeginsAnewEachTurnIsCountedOn) {
   for (std::size_t i = 0; i < counts.size(); ++i)
     EXPECT_NEAR(read.recording.column("position_rad")[i], counts[i] / 4000 * 2 * std::numbers::pi / 10,
                 1e-12);
+}
+
+TEST_F(ColumnMaps, ASetPointThatWrapsStaysBesideThePosition) {
+  const std::string angle = "unit = \"deg\"\nwraps_at = 360\n";
+  const auto read = parse_recording("t,q,goal\n0,359.8,0.2\n1,0.1,0.4\n2,359.9,359.7\n", "f.csv",
+                                    map(kTime + "[position_rad]\ncolumn = \"q\"\n" + angle +
+                                        "[position_command_rad]\ncolumn = \"goal\"\n" + angle));
+  const std::vector<double> error_deg{0.4, 0.3, -0.2};
+  ASSERT_EQ(read.recording.rows(), error_deg.size());
+  for (std::size_t i = 0; i < error_deg.size(); ++i)
+    EXPECT_NEAR(read.recording.column("position_command_rad")[i] - read.recording.column("position_rad")[i],
+                error_deg[i] * std::numbers::pi / 180, 1e-12);
+}
+
+TEST_F(ColumnMaps, AQuotationMarkWithinANameIsText) {
+  const auto read =
+      parse_recording("t,load 5\",load 7\",q\n0,1,2,3\n1,1,2,4\n", "f.csv", map(kTime + kPosition));
+  ASSERT_EQ(read.recording.rows(), 2U);
+  EXPECT_EQ(read.recording.column("position_rad")[1], 4);
 }
 
 TEST_F(ColumnMaps, AFactorOfKelvinDoesNotScaleTheZero) {
