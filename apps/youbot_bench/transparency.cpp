@@ -299,6 +299,12 @@ std::optional<TransparencyResult> measure_transparency(const TransparencyPlan& p
 int transparency(const TransparencyOptions& options, const std::atomic<bool>& stop) {
   const std::vector<TransparencyCondition> conditions = conditions_of(options);
   const operation::Config config = load(options);
+  for (const TransparencyCondition& condition : conditions)
+    if ((condition.feedback == Feedback::kContact || condition.feedback == Feedback::kMixed) &&
+        !config.teleoperation.tank.active)
+      throw std::invalid_argument(std::string("--feedback ") + name_of(condition.feedback) +
+                                  ": needs 'teleoperation.feedback.passivity', which is off in --config " +
+                                  options.config + ": the observed force comes late");
   TransparencyPlan plan{.axis = axis_from(options.axis),
                         .excitation = options.excitation,
                         .realizations = options.realizations,

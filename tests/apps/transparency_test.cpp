@@ -302,7 +302,10 @@ TEST(TransparencyCommand, WrongUseIsReportedAndNothingIsWritten) {
   const support::TemporaryDirectory folder;
   const std::filesystem::path out = folder.path() / "out";
   const auto base_alone = folder.write("base.toml", "[ethercat]\nkind = \"base\"\n");
+  const auto active = folder.write(
+      "active.toml", "[ethercat]\nkind = \"base+arm\"\n[teleoperation.feedback]\npassivity = false\n");
   const std::pair<std::string, const char*> wrong[] = {
+      {"--feedback position-error,contact --config " + active.string(), "passivity"},
       {"--robot wire", "no force sensor"},
       {"--robot ethercat:eth0", "no force sensor"},
       {"--haptic falcon", "no force sensor"},
