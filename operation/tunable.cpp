@@ -63,7 +63,8 @@ void require_consistent(const Config& config) {
         "teleoperation.coupling.stiff_Nm_per_rad is below soft_Nm_per_rad of this run");
   if (settings.feedback.contact_share > 0 && !settings.tank.active)
     throw std::invalid_argument(
-        "teleoperation.feedback.contact_share needs 'passivity', which this run has not: the observed force "
+        "teleoperation.feedback.contact_share needs 'passivity', which is off in this run: the observed "
+        "force "
         "comes late");
 }
 

@@ -208,7 +208,7 @@ class Hold {
       if (cycle % kCyclesPerPoint == 0 && outcome_.points.size() < outcome_.points.capacity())
         outcome_.points.push_back(record);
       if (!status_.ok()) break;
-      if (elapsed >= told_ + std::chrono::seconds(1)) tell(elapsed);
+      if (elapsed >= reported_ + std::chrono::seconds(1)) report_progress(elapsed);
       const nanoseconds late = clock_.now() - deadline;
       deadline += late / kHoldPeriod * kHoldPeriod;
     }
@@ -223,7 +223,7 @@ class Hold {
   /// Without force, until there is a sample. False with the reason in the outcome.
   bool wait_until_ready(nanoseconds& deadline, const std::atomic<bool>& stop) {
     const nanoseconds begin = deadline;
-    for (bool told = options_.quiet; !has_sample_; clock_.sleep_until(deadline += kHoldPeriod)) {
+    for (bool reported = options_.quiet; !has_sample_; clock_.sleep_until(deadline += kHoldPeriod)) {
       status_ = device_.exchange({}, sample_);
       has_sample_ = status_.ok() && status_.age != nanoseconds::max();
       const bool waits = has_sample_ || status_.ok() || status_.fault == hal::HapticFault::kNotReady;
@@ -233,11 +233,11 @@ class Hold {
         outcome_.fault = status_.ok() ? hal::HapticStatus{hal::HapticFault::kNotReady} : status_;
         return false;
       }
-      if (told || status_.fault != hal::HapticFault::kNotReady ||
+      if (reported || status_.fault != hal::HapticFault::kNotReady ||
           deadline - begin < std::chrono::milliseconds(200))
         continue;
       spdlog::info("{}: {}", device_.info().name, device_.describe(status_));
-      told = true;
+      reported = true;
     }
     return true;
   }
@@ -270,18 +270,18 @@ class Hold {
   }
 
   /// Once per second. A terminal may be slow, so another thread writes.
-  void tell(nanoseconds elapsed) noexcept {
+  void report_progress(nanoseconds elapsed) noexcept {
     const Vector3d point_m(options_.point_m.data());
     const Line line{
         .time_s = seconds(elapsed),
         .off_point_mm = 1e3 * (sample_.p_HD_m - point_m).norm(),
         .force_N = status_.f_D_H_N.norm(),
-        .rate_Hz = static_cast<double>(outcome_.samples - told_samples_) / seconds(elapsed - told_),
+        .rate_Hz = static_cast<double>(outcome_.samples - reported_samples_) / seconds(elapsed - reported_),
         .worst_age_ms = milliseconds(std::exchange(worst_age_, {})),
         .energy_mJ = 1e3 * energy_.energy_J(),
         .limited = status_.saturated};
-    told_ = elapsed;
-    told_samples_ = outcome_.samples;
+    reported_ = elapsed;
+    reported_samples_ = outcome_.samples;
     if (options_.quiet) return;
     if (options_.virtual_time) teller_.wait_for_room();
     teller_.push(line);
@@ -294,9 +294,9 @@ class Hold {
   hal::HapticSample sample_;
   hal::HapticStatus status_;
   bool has_sample_ = false;
-  nanoseconds told_{};
+  nanoseconds reported_{};
   nanoseconds worst_age_{};
-  std::uint64_t told_samples_ = 0;
+  std::uint64_t reported_samples_ = 0;
   Outcome outcome_;
   runtime::Recorder<Line> teller_{64, print, [] { std::fflush(stdout); }};
 };

@@ -296,7 +296,7 @@ int main(int argc, char** argv) {
         const bool is_table =
             !arguments.columns.empty() || std::filesystem::path(arguments.in).extension() == ".json";
         if (is_table && !arguments.joint.empty())
-          throw std::invalid_argument("--joint is of MCAP files; this is a table or a log");
+          throw std::invalid_argument("--joint is for MCAP files; this is a table or a log");
         if (is_table)
           return youbotctl::import_table(arguments.in, arguments.out, arguments.columns, arguments.quiet);
         return youbotctl::convert(arguments.in, arguments.out, arguments.joint, arguments.quiet);

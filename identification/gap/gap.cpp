@@ -345,8 +345,8 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
         left_out > 0)
       result.notes.push_back(
           std::to_string(left_out) +
-          " of the recordings are not simulated with the servo: they lack a set-point or a "
-          "position, or have one that is not a number.");
+          " of the recordings are not simulated with the servo: they lack a set-point, or a "
+          "position in each row.");
   }
   Diagnosed looked = diagnose(std::move(all_data), base);
   Diagnosed looked_held_out = diagnose(std::move(all_held_out), base);
