@@ -28,6 +28,7 @@ Diagnosed diagnose(std::vector<Source> sources, const model::effects::DriveModel
   for (Source& source : sources) {
     drop_dead_columns(source, result.diagnosis);
     drop_held_torque(source, result.diagnosis);
+    unwrap_position(source, result.diagnosis);
     const std::set<std::size_t> jumps = mend_position(source, result.diagnosis);
     interpolate_torque_spikes(source, result.diagnosis);
     mark_saturation(source, result.diagnosis);

@@ -39,6 +39,8 @@ constexpr double kMinSaturated = 0.003;
 constexpr std::size_t kFarMore = 5;
 /// Tolerance for a jump of a whole turn.
 constexpr double kWholeTurn = 0.02;
+/// Minimum number of jumps by a full range of counts before the range counts as one turn.
+constexpr std::size_t kMinWraps = 3;
 /// A held value changes by several times the sensor's resolution; a coarse one by one step.
 constexpr double kHeldResolutions = 3;
 /// A column has stopped if it is constant for this many usual runs of the same value.
@@ -264,6 +266,40 @@ void drop_held_torque(Source& source, Diagnoses& diagnoses) {
                            " of the rows are held like that",
                        "left out"});
   source = with_rows(std::move(source), kept);
+}
+
+void unwrap_position(Source& source, Diagnoses& diagnoses) {
+  std::vector<double>* const position = column_of(source, "position_rad");
+  if (position == nullptr || position->size() < kMinRowsOfPart) return;
+  const std::vector<double> steps = steps_of(*position);
+  const std::vector<double> usual = medians_of_five(steps);
+  const auto [lowest, highest] = std::ranges::minmax(*position);
+  std::vector<std::size_t> wraps;
+  std::vector<double> turns_rad;
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    if (std::abs(steps[i]) <= (highest - lowest) / 2) continue;
+    wraps.push_back(i);
+    // Near rest at the edge of a turn, noise wraps it back and forth.
+    if (steps[i] * usual[i] < 0) turns_rad.push_back(std::abs(steps[i] - usual[i]));
+  }
+  if (turns_rad.size() < kMinWraps || 2 * turns_rad.size() < wraps.size()) return;
+  double turn_rad = fit::median(turns_rad);
+  constexpr double kTurn = 2 * std::numbers::pi;
+  if (std::abs(turn_rad - kTurn) < kWholeTurn * kTurn) turn_rad = kTurn;
+  double offset = 0;
+  std::size_t next = 0;
+  const auto shift_up_to = [&](std::size_t end) {
+    for (; next < end; ++next) (*position)[next] += offset;
+  };
+  for (const std::size_t i : wraps) {
+    shift_up_to(i + 1);
+    offset -= std::copysign(turn_rad, steps[i]);
+  }
+  shift_up_to(position->size());
+  diagnoses.push_back({source.name, "position_rad",
+                       "jumps " + std::to_string(wraps.size()) + " times by " + short_number(turn_rad) +
+                           " rad against the motion, like an encoder that counts within one turn",
+                       "unwrapped"});
 }
 
 std::set<std::size_t> mend_position(Source& source, Diagnoses& diagnoses) {

@@ -112,12 +112,31 @@ TEST(Diagnosis, AWrappedPositionIsUnwrapped) {
   const Source clean = source;
   for (double& p : column(source, "position_rad")) p = std::remainder(p, 2 * std::numbers::pi);
   const Diagnosed diagnosed = diagnose({source}, base());
-  EXPECT_TRUE(contains(noticed(diagnosed), "jumps by a whole turn")) << noticed(diagnosed);
+  EXPECT_TRUE(contains(noticed(diagnosed), "times by 6.28 rad against the motion")) << noticed(diagnosed);
   ASSERT_EQ(diagnosed.sources.size(), 1U);
   const auto mended = diagnosed.sources[0].recording.column("position_rad");
   const auto truth = clean.recording.column("position_rad");
   for (std::size_t i = 0; i < mended.size(); ++i)
     ASSERT_NEAR(mended[i] - mended[0], truth[i] - truth[0], 1e-9) << i;
+}
+
+TEST(Diagnosis, AnEncoderOnTheMotorsShaftIsCountedThroughItsTurns) {
+  // At 7 rad/s the encoder behind a gear of 16 wraps every 28 rows, behind one of 60 every seventh.
+  for (const double gear : {16.0, 60.0}) {
+    Source source = healthy();
+    const Source clean = source;
+    const double turn_rad = 2 * std::numbers::pi / gear;
+    for (double& p : column(source, "position_rad")) p -= turn_rad * std::floor(p / turn_rad);
+    const Diagnosed diagnosed = diagnose({source}, base());
+    EXPECT_TRUE(
+        contains(noticed(diagnosed), "against the motion, like an encoder that counts within one turn"))
+        << noticed(diagnosed);
+    ASSERT_EQ(diagnosed.sources.size(), 1U);
+    const auto mended = diagnosed.sources[0].recording.column("position_rad");
+    const auto truth = clean.recording.column("position_rad");
+    for (std::size_t i = 0; i < mended.size(); ++i)
+      ASSERT_NEAR(mended[i] - mended[0], truth[i] - truth[0], 0.05) << i;
+  }
 }
 
 TEST(Diagnosis, AJumpOfPositionAndALongHoleDivideARecording) {
