@@ -106,6 +106,7 @@ void print(const json& status) {
     for (const auto& [key, value] : status["settings"].items())
       line("set", key + " = " + (value.is_string() ? value.get<std::string>() : value.dump()));
   if (status.contains("real_time") && status["real_time"] == false) line("", "NOT REAL-TIME");
+  line("stopped", text(status, "stopped"));
   line("fault", text(status, "fault"));
   for (const std::string& said : texts(status, "fault_robot_report")) line("", said);
   line("report", text(status, "fault_report"));
@@ -214,7 +215,8 @@ int enable(const Arguments& arguments) {
       spdlog::error("robot says: {}", said);
     return runtime::kExitFault;
   }
-  if (!arguments.quiet) std::printf("off\n");
+  const std::string stopped = stopping ? "" : text(reply["status"], "stopped");
+  if (!arguments.quiet) std::printf("off%s%s\n", stopped.empty() ? "" : ": ", stopped.c_str());
   return runtime::kExitOk;
 }
 

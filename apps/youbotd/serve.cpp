@@ -22,6 +22,9 @@
 namespace youbotd {
 namespace {
 
+/// Connected clients send a request at least every 0.2 s: so the next answer reports that youbotd ends.
+constexpr std::chrono::milliseconds kLastAnswers{250};
+
 /// Page and ROS 2 topics of a service.
 struct Shown {
   Shown(const ServeOptions& options, const operation::Config& config, std::span<const hal::JointInfo> joints,
@@ -100,6 +103,7 @@ void serve(const ServeOptions& options, const std::atomic<bool>& stop) {
   const runtime::RobotActivation robot_activation(*robot.robot);
 
   runtime::LoopStatistics statistics;
+  std::atomic<bool> leave{false};
   std::atomic<bool> over{false};
   std::promise<std::vector<std::string>> entered;
   const auto run_cycles = [&](const std::stop_token& left) {  // requested if an exception leaves this
@@ -114,7 +118,7 @@ void serve(const ServeOptions& options, const std::atomic<bool>& stop) {
     runtime::run_loop(
         clock, config.cycle.period, service.loop(),
         [&](std::chrono::nanoseconds) {
-          return stop.load(std::memory_order_relaxed) || left.stop_requested();
+          return leave.load(std::memory_order_relaxed) || left.stop_requested();
         },
         [&](const runtime::CycleTimes& /*times*/) { service.loop().keep(); }, statistics);
     over.store(true, std::memory_order_release);
@@ -126,7 +130,11 @@ void serve(const ServeOptions& options, const std::atomic<bool>& stop) {
   spdlog::info("{} is open, its drives are off; waiting for commands on {}", config.robot.name,
                options.control_socket.string());
   service.manager().ready("drives off, waiting for commands");
+  std::optional<std::chrono::nanoseconds> last_answers;
   while (!over.load(std::memory_order_acquire)) {
+    if (stop) service.end();
+    if (stop && !service.enabled() && !last_answers) last_answers = clock.now() + kLastAnswers;
+    if (last_answers && clock.now() >= *last_answers) leave.store(true, std::memory_order_relaxed);
     server.serve(kBeat, shown ? shown->requests.wake_descriptor() : -1);
     if (shown) shown->requests.deliver(service);
     service.beat();

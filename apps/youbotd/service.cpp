@@ -28,9 +28,6 @@ using nlohmann::json;
 
 /// Share of the following error, for the reference of a velocity.
 constexpr double kLeashShare = 2.0 / 3;
-/// Tables that are read when robot and haptic device are opened. The rest is read for each run.
-constexpr std::array<std::string_view, 8> kOpenedOnce{"robot", "loop",   "geometry",   "ethercat",
-                                                      "can",   "haptic", "simulation", "scene"};
 
 /// After a longer wait for a haptic device, the client may no longer expect motion.
 constexpr std::chrono::seconds kLongOpening{2};
@@ -58,10 +55,6 @@ std::string shortened(std::string text) {
   constexpr std::size_t kMax_bytes = runtime::kLongestAnswer / 8;  // in JSON up to six times as long
   if (text.size() > kMax_bytes) text = text.substr(0, kMax_bytes) + " ...";
   return text;
-}
-
-bool same_geometry(const control::BaseGeometry& a, const control::BaseGeometry& b) {
-  return a.wheel_radius_m == b.wheel_radius_m && a.wheelbase_m == b.wheelbase_m && a.track_m == b.track_m;
 }
 
 /// Three finite numbers, and nothing else.
@@ -182,7 +175,13 @@ void Service::bring_to_rest(const std::string& why) {
   orders_.stop = true;
   give_orders();
   commander_.reset();
+  stopped_ = why;
   spdlog::warn("coming to rest: {}", why);
+}
+
+void Service::end() {
+  ending_ = true;
+  bring_to_rest("youbotd ends");
 }
 
 void Service::end_run() {
@@ -310,11 +309,14 @@ void Service::acknowledge(const Peer& peer) {
 void Service::disable(const Peer& peer) {
   orders_.off = run_ != nullptr;
   give_orders();
-  if (run_) spdlog::warn("drives off: requested by {}", peer.name);
+  if (!run_) return;
+  stopped_ = "drives off: requested by " + peer.name;
+  spdlog::warn("{}", stopped_);
 }
 
 void Service::enable(const Peer& peer) {
   require_fresh("enable");
+  if (ending_) throw Refusal("youbotd ends");
   if (run_)
     throw Refusal(orders_.stop || orders_.off
                       ? "it is still coming to rest: enable again when its phase is off"
@@ -336,6 +338,7 @@ void Service::enable(const Peer& peer) {
   orders_ = {.serial = orders_.serial, .number = orders_.number + 1, .run = run_.get()};
   commander_ = peer;
   commander_heard_ = clock_.now();  // earlier messages are outdated
+  stopped_.clear();
   fault_.clear();
   fault_acknowledged_ = false;
   fault_report_.clear();
@@ -345,19 +348,15 @@ void Service::enable(const Peer& peer) {
   give_orders();
 }
 
-/// The file is read for each run; its loop, geometry, robot and haptic device must be unchanged.
+/// The file is read for each run, but not what opened the devices.
 void Service::require_same_devices(const operation::Config& config) const {
-  const bool same =
-      config.cycle.period == config_.cycle.period && config.commander_timeout == config_.commander_timeout &&
-      config.cycle.command_timeout == config_.cycle.command_timeout &&
-      same_geometry(config.cycle.controller.geometry, config_.cycle.controller.geometry) &&
-      config.robot.name == config_.robot.name && config.robot.ethercat.kind == config_.robot.ethercat.kind &&
-      config.haptic.name == config_.haptic.name &&
-      config.haptic.limits.slew_N_per_s == config_.haptic.limits.slew_N_per_s &&
-      config.teleoperated == config_.teleoperated;
-  if (!same)
-    throw Refusal(options_.config_file.string() +
-                  " now differs in the loop, the geometry, the robot or the haptic device: restart youbotd");
+  std::vector<std::string> changed;
+  for (const auto& [key, written] : config.opened_once)
+    if (written != config_.opened_once.at(key)) changed.push_back(key);
+  if (config.teleoperated != config_.teleoperated) changed.emplace_back("teleoperation");
+  if (!changed.empty())
+    throw Refusal(fmt::format("{} has changed at '{}', which youbotd reads when it starts: restart it",
+                              options_.config_file.string(), fmt::join(changed, "' and '")));
 }
 
 /// An unplugged device may be back; a lost one, as a Falcon after several missing replies, comes back only by
@@ -463,7 +462,7 @@ void Service::require_settable(const std::string& key) const {
 void Service::set(const Peer& peer, const std::string& key, const std::string& value) {
   require_settable(key);
   const std::string table = key.substr(0, key.find('.'));
-  if (std::find(kOpenedOnce.begin(), kOpenedOnce.end(), table) != kOpenedOnce.end())
+  if (config_.opened_once.contains(table))
     throw Refusal("'" + table + "' is read once, when youbotd starts: change " +
                   options_.config_file.string());
   std::map<std::string, std::string> settings = settings_;

@@ -79,6 +79,9 @@ class Service final : public ControlServer::Listener {
   /// Every kBeat: repeats the orders, reads their results and reports to log and service manager.
   void beat();
 
+  /// Before the program ends: the robot comes to rest, and nothing is enabled.
+  void end();
+
   /// A run is under way.
   bool enabled() const noexcept { return run_ != nullptr; }
 
@@ -160,7 +163,9 @@ class Service final : public ControlServer::Listener {
   std::optional<std::chrono::nanoseconds> steered_;  // the last time, in mode ros2; empty: at rest
   std::optional<Peer> commander_;                    // while it is
   std::chrono::nanoseconds commander_heard_{};
-  std::string fault_;                // that ended the last run
+  bool ending_ = false;  // after end()
+  std::string stopped_;  // who or what brought the last run to rest before its end; empty: nothing
+  std::string fault_;    // that ended the last run
   bool fault_acknowledged_ = false;  // by an order of its own
   std::filesystem::path fault_report_;
   std::optional<operation::Config> file_at_enable_{};  // ceilings of the run under way

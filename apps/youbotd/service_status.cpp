@@ -51,6 +51,7 @@ json Service::status() const {
               {"real_time", not_real_time_.empty()},
               {"settings", settings_}};
   status["commander"] = commander_ ? json(commander_->name) : json(nullptr);
+  status["stopped"] = stopped_;
   status["fault"] = fault_;
   status["fault_acknowledged"] = !fault_.empty() && fault_acknowledged_;
   status["fault_report"] = fault_report_.string();

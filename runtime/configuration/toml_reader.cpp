@@ -10,6 +10,7 @@
 #include <functional>
 #include <map>
 #include <set>
+#include <sstream>
 
 #include "runtime/configuration/closest_name.h"
 #include "runtime/configuration/regular_file.h"
@@ -324,6 +325,12 @@ bool TomlTable::is_set(std::string_view key) const {
 }
 
 bool TomlTable::has(std::string_view key) const { return node_->table.contains(key); }
+
+std::string TomlTable::written(std::string_view key) const {
+  std::ostringstream text;
+  if (const toml::node* found = node_->table.get(key)) text << toml::toml_formatter(*found);
+  return text.str();
+}
 
 bool TomlTable::empty() const { return node_->table.empty(); }
 

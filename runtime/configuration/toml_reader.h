@@ -96,6 +96,9 @@ class TomlTable {
   bool is_set(std::string_view key) const;
   /// Whether there is such a key or table; does not count as reading it.
   bool has(std::string_view key) const;
+  /// The value or table as normalized TOML, to compare two files; empty if there is none. Does not count as
+  /// reading it.
+  std::string written(std::string_view key) const;
   /// Whether it is empty; does not count as reading it.
   bool empty() const;
   TomlTable table(std::string_view key, const KeyRules& rules = {});

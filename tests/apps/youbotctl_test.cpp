@@ -266,8 +266,32 @@ TEST_F(Youbotctl, OneCommandsAndEveryoneMayStop) {
   EXPECT_EQ(tell({"stop"}).exit_code, 0);
   const CommandResult ended = commander.finish();
   EXPECT_EQ(ended.exit_code, 0) << ended.output;
-  EXPECT_TRUE(ended.said("off")) << ended.output;
+  EXPECT_TRUE(ended.said("off: requested by ")) << ended.output;
   EXPECT_TRUE(comes_to_rest());
+  EXPECT_EQ(status()["stopped"].get<std::string>().rfind("requested by ", 0), 0U);
+}
+
+TEST_F(Youbotctl, TheEndOfTheDaemonIsNoCrashToItsCommander) {
+  Process youbotd(daemon());
+  ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
+  EXPECT_EQ(tell({"mode", "velocity"}).exit_code, 0);
+  Process commander(ctl({"enable"}));
+  ASSERT_TRUE(commander.wait_for("running"));
+  youbotd.signal(SIGTERM);
+  const CommandResult ended = commander.finish();
+  EXPECT_EQ(ended.exit_code, 0) << ended.output;
+  EXPECT_TRUE(ended.said("off: youbotd ends")) << ended.output;
+  EXPECT_EQ(youbotd.finish().exit_code, 0);
+}
+
+TEST_F(Youbotctl, AnEditOfWhatOpenedTheRobotNeedsARestart) {
+  Process youbotd(daemon());
+  ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
+  std::ofstream(config, std::ios::app) << "[ethercat]\nloss_fault = 0.4\n[simulation]\nmass_kg = 30\n";
+  const CommandResult refused = tell({"enable"});
+  EXPECT_EQ(refused.exit_code, 2) << refused.output;
+  EXPECT_TRUE(refused.said("has changed at 'ethercat' and 'simulation', which youbotd reads when it starts"))
+      << refused.output;
 }
 
 TEST_F(Youbotctl, WallsStayWhereTheyAreHoweverOftenItIsEnabled) {
