@@ -8,9 +8,11 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "model/effects/resistance.h"
@@ -113,9 +115,9 @@ void read_workspace(TomlTable table, control::Workspace& workspace) {
   read_walls(table, "tip_x_m", tip.min().x(), tip.max().x());
   read_walls(table, "tip_y_m", tip.min().y(), tip.max().y());
   read_walls(table, "tip_z_m", tip.min().z(), tip.max().z());
-  if (!base.contains(Eigen::Vector2d::Zero()))
-    table.refuse("base_x_m",
-                 "and 'workspace.base_y_m' leave out the origin, where the base stands at the start");
+  for (const auto& [key, axis] : {std::pair{"base_x_m", 0}, std::pair{"base_y_m", 1}})
+    if (base.min()[axis] > 0 || base.max()[axis] < 0)
+      table.refuse(key, "leaves out the origin, where the base stands at the start");
 }
 
 /// Driving diagonally turns a wheel up to √2 times as fast as straight ahead, and a turn adds to either.
@@ -255,10 +257,19 @@ void read_path(TomlTable table, control::BasePath::Plan& path) {
   table.number("rest_s", path.rest_s, {.min = 0, .max = 60});
   for (TomlTable& leg : table.tables("leg")) {
     control::PlanarVector displacement = control::PlanarVector::Zero();
-    leg.number("forward_m", displacement[0], {.min = -100, .max = 100});
-    leg.number("left_m", displacement[1], {.min = -100, .max = 100});
-    leg.number("turn_rad", displacement[2], {.min = -100, .max = 100});
-    if (displacement.isZero())
+    bool rejected = false;
+    const auto read = [&](std::string_view key, double& value) {
+      double given = std::numeric_limits<double>::quiet_NaN();  // stays if it is missing or rejected
+      leg.number(key, given, {.min = -100, .max = 100});
+      if (!std::isnan(given))
+        value = given;
+      else
+        rejected = rejected || leg.has(key);
+    };
+    read("forward_m", displacement[0]);
+    read("left_m", displacement[1]);
+    read("turn_rad", displacement[2]);
+    if (displacement.isZero() && !rejected)
       leg.refuse("forward_m", "and 'left_m' and 'turn_rad' are all zero: a leg goes somewhere");
     path.displacements_B.push_back(displacement);
   }

@@ -201,8 +201,6 @@ int run_check(const Arguments& arguments, const operation::Config& config) {
   return youbotd::passed(findings) ? runtime::kExitOk : runtime::kExitSetup;
 }
 
-std::string not_empty(const std::string& text) { return text.empty() ? "must not be empty" : ""; }
-
 /// No machine moves and no device exerts a force: a late loop does no harm.
 bool is_all_simulated(const operation::Config& config) {
   return runtime::is_simulated(config.robot.name) &&
@@ -273,26 +271,22 @@ int main(int argc, char** argv) {
                  "TOML file; demo.toml and teleop.toml, installed in PREFIX/share/youbot-hal, show its keys")
       ->required();
   app.add_option("--robot", arguments.robot,
-                 "robot in place of the configured one: loopback, wire, ethercat:IFACE")
-      ->check(not_empty);
+                 "robot in place of the configured one: loopback, wire, ethercat:IFACE");
   app.add_option("--haptic", arguments.haptic,
                  "teleoperate base and arm with this haptic device: loopback, force-dimension or omega.6, "
-                 "falcon, spacemouse")
-      ->check(not_empty);
+                 "falcon, spacemouse");
   app.add_option("--duration", arguments.duration_s, "come to rest after this many seconds of robot time")
       ->check(runtime::finite_range(0.001, 1e6));
   app.add_option("--record", arguments.record_directory,
                  "directory for recordings as MCAP, made if missing: for Foxglove, PlotJuggler, Rerun, "
-                 "youbot-gap; youbotctl converts them to CSV")
-      ->check(not_empty);
+                 "youbot-gap; youbotctl converts them to CSV");
   app.add_option("--record-csv", arguments.record_csv,
                  "the same as CSV, in a directory named here or by --record")
       ->expected(0, 1);
   app.add_option("--control", arguments.control_socket,
                  "run as a service: keep the drives off until `youbotctl` enables them over this Unix "
                  "socket, and after "
-                 "a fault until it is acknowledged and enabled again")
-      ->check(not_empty);
+                 "a fault until it is acknowledged and enabled again");
   app.add_option(
          "--page", arguments.page,
          "serve a live page in the browser at HOST:PORT (default: " + std::string(live::kDefaultAddress) +

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <stdexcept>
 #include <system_error>
@@ -12,6 +13,17 @@
 #include "drivers/uninterrupted.h"
 
 namespace runtime {
+namespace {
+
+/// What Windows programs call Unicode text; its bytes read as other characters or none.
+bool begins_like_utf16(int fd) {
+  std::array<unsigned char, 2> mark{};
+  const ssize_t count = drivers::uninterrupted([&] { return ::pread(fd, mark.data(), mark.size(), 0); });
+  return count == 2 && ((mark[0] == 0xff && mark[1] == 0xfe) || (mark[0] == 0xfe && mark[1] == 0xff));
+}
+
+}  // namespace
+
 // O_NONBLOCK: does not wait for a pipe without a writer.
 RegularFile::RegularFile(const std::filesystem::path& path)
     : fd_(drivers::uninterrupted(
@@ -21,6 +33,7 @@ RegularFile::RegularFile(const std::filesystem::path& path)
   if (::fstat(fd_, &status_) != 0) refused = "cannot be examined: " + std::generic_category().message(errno);
   if (refused.empty() && S_ISDIR(status_.st_mode)) refused = "is a directory, expected a file";
   if (refused.empty() && !S_ISREG(status_.st_mode)) refused = "is a device or pipe, expected a file";
+  if (refused.empty() && begins_like_utf16(fd_)) refused = "is UTF-16 text: save it as UTF-8";
   if (!refused.empty()) {
     ::close(fd_);
     throw std::runtime_error(refused);

@@ -72,6 +72,16 @@ std::optional<CLI::ExtrasError> unknown_argument(const CLI::App& app) {
                           CLI::ExitCodes::ExtrasError);
 }
 
+/// A path or name that is empty, most often an unset variable of a shell, would be reported without its
+/// option.
+void refuse_empty(const CLI::App& app) {
+  for (const CLI::App* at : {&app, &given_command(app)})
+    for (const CLI::Option* option : at->get_options())
+      if (!option->get_lnames().empty() && option->count() > 0 && option->get_items_expected_min() > 0)
+        for (const std::string& value : option->results())
+          if (value.empty()) throw CLI::ValidationError(option->get_name() + " is empty");
+}
+
 int exit_code(const CLI::App& app, const CLI::ParseError& error) {
   return app.exit(error) == 0 ? kExitOk : kExitUsage;
 }
@@ -95,7 +105,10 @@ int run_app(CLI::App& app, int argc, char** argv, const std::function<int()>& bo
     return kExitOk;
   }
   try {
+    // Options of the program may also follow its command.
+    for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) command->fallthrough();
     app.parse(argc, argv);
+    refuse_empty(app);
   } catch (const CLI::ParseError& error) {
     if (const auto code = static_cast<CLI::ExitCodes>(error.get_exit_code());
         code == CLI::ExitCodes::RequiredError || code == CLI::ExitCodes::ExtrasError) {

@@ -95,13 +95,19 @@ TEST(YoubotdCommand, AMisspelledOptionIsNamedBeforeTheOneThatIsMissing) {
            {{"-v"}, "There is no option '-v'\n"},
            {{"help"}, "The argument 'help' is not expected\n"},
            {{"--config", "demo.toml", "--recrod", "x"},
-            "There is no option '--recrod'; did you mean '--record'?\n"}}) {
+            "There is no option '--recrod'; did you mean '--record'?\n"},
+           {{"--config", ""}, "--config is empty\n"}}) {
     const Result result = run(arguments);
     EXPECT_EQ(result.exit_code, 2) << result.output;
     EXPECT_TRUE(result.said(message)) << result.output;
   }
   const Result command = Process({support::program("youbot-bench"), "scan", "--robt", "wire"}).finish();
   EXPECT_TRUE(command.said("There is no option '--robt'; did you mean '--robot'?")) << command.output;
+  const Result after =
+      Process({support::program("youbotctl"), "status", "--quiet", "--socket", "/none"}).finish();
+  EXPECT_EQ(after.exit_code, 3) << "options of the program may follow its command: " << after.output;
+  EXPECT_EQ(Process({support::program("youbotctl"), "status", "stop"}).finish().exit_code, 2)
+      << "one command";
   const Result misspelled = Process({support::program("youbotctl"), "staus"}).finish();
   EXPECT_EQ(misspelled.exit_code, 2);
   EXPECT_TRUE(misspelled.said("There is no command 'staus'; did you mean 'status'?\nCommands: status, "))

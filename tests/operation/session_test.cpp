@@ -271,8 +271,22 @@ TEST_F(Session, AWorkspaceThatCannotBeIsRefused) {
   EXPECT_NE(refusal("[workspace]\nbase_x_m = [-1, 0.9]\n" + leg).find("leads out of [workspace], at x = 0.9"),
             std::string::npos);
   EXPECT_EQ(refusal("[workspace]\nbase_x_m = [-1, 1.1]\n" + leg), "accepted");
-  EXPECT_NE(refusal("[workspace]\nbase_x_m = [0.5, 1]\n").find("leave out the origin"), std::string::npos);
+  EXPECT_NE(
+      refusal("[workspace]\nbase_y_m = [0.5, 1]\n").find(":2: 'workspace.base_y_m' leaves out the origin"),
+      std::string::npos);
   EXPECT_NE(refusal("[workspace]\ntip_z_m = [1, 0]\n").find("no room"), std::string::npos);
+}
+
+TEST_F(Session, ALegThatIsRejectedIsReportedOnce) {
+  try {
+    (void)load_config(
+        directory.write("leg.toml", "[[path.leg]]\nforward_m = nan\n[[path.leg]]\nleft_m = 0\n"));
+    FAIL();
+  } catch (const runtime::ConfigError& error) {
+    ASSERT_EQ(error.problems().size(), 2U) << error.what();
+    EXPECT_NE(error.problems()[0].find(":2: 'path.leg[0].forward_m' is nan"), std::string::npos);
+    EXPECT_NE(error.problems()[1].find(":3: 'path.leg[1].forward_m' and 'left_m'"), std::string::npos);
+  }
 }
 
 TEST_F(Session, APathThatWouldTurnAWheelTooFastIsRefused) {

@@ -44,6 +44,13 @@ TEST(RegularFile, NothingElseIs) {
     EXPECT_EQ(refusal(path), "is a device or pipe, expected a file");
 }
 
+TEST(RegularFile, TextOfWindowsIsNamed) {
+  const support::TemporaryDirectory directory;
+  for (const char* mark : {"\xff\xfe", "\xfe\xff"})
+    EXPECT_EQ(refusal(directory.write("table.csv", mark + std::string("t"))),
+              "is UTF-16 text: save it as UTF-8");
+}
+
 TEST(RegularFile, IsJudgedAndReadAsItWasOpenedWhateverItsPathLeadsToLater) {
   const support::TemporaryDirectory directory;
   const auto path = directory.write("file", "mine");
