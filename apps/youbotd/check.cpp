@@ -88,6 +88,8 @@ Findings check(const operation::Config& config, const CheckOptions& options) {
     findings.push_back(check_recording(*options.record_directory,
                                        operation::holds_recording(*options.record_directory),
                                        config.cycle.period, options.record_format));
+  if (!options.control_socket.empty()) findings.push_back(check_control(options.control_socket));
+  if (options.page) findings.push_back(check_page(*options.page));
   return findings;
 }
 

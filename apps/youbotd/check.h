@@ -19,6 +19,8 @@ struct CheckOptions {
   runtime::RecordingFormat record_format{};
   bool virtual_time = false;
   bool allow_non_real_time = false;
+  std::filesystem::path control_socket{};  ///< empty: none
+  std::optional<std::string> page{};       ///< "HOST:PORT"
   drivers::usb::SystemPaths paths{};
 };
 

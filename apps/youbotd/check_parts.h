@@ -92,4 +92,13 @@ Finding check_recording(const std::filesystem::path& directory, bool holds_recor
 Finding check_room(const std::filesystem::path& directory, double free_bytes, std::chrono::nanoseconds period,
                    runtime::RecordingFormat format);
 
+// check_service.cpp: whether clients can reach youbotd. Serves for a moment without answering.
+
+/// Replaces a socket that a dead daemon left.
+/// @throws std::invalid_argument if the path is too long for a socket.
+Finding check_control(const std::filesystem::path& socket);
+
+/// `where`: as of live::WebServer. @throws std::invalid_argument for another one.
+Finding check_page(const std::string& where);
+
 }  // namespace youbotd

@@ -25,7 +25,8 @@ Finding check_room(const fs::path& directory, double free_bytes, std::chrono::na
   const double hours = free_bytes / bytes_per_h;
   const std::string found = fmt::format("recording: {} can be written, room for {:.1f} h at {:.1f} GB/h",
                                         directory.string(), hours, bytes_per_h * 1e-9);
-  const std::string hint = "df -h " + directory.string() + "; name another directory, or make room";
+  const std::string hint =
+      "df -h " + runtime::existing_ancestor(directory).string() + "; name another directory, or make room";
   if (free_bytes < operation::min_room_bytes(format))
     return {Mark::kFail, found + "; a run would be refused", hint};
   if (hours >= kEnough_h) return {Mark::kOk, found};
@@ -39,6 +40,8 @@ Finding check_recording(const fs::path& directory, bool holds_recording, std::ch
             "name a new directory as --record"};
   std::error_code unknown;
   const fs::path parent = runtime::existing_ancestor(directory);
+  if (!fs::is_directory(parent, unknown))
+    return {Mark::kFail, "recording: " + parent.string() + " is not a directory", "name another directory"};
   if (const std::string why = runtime::why_not_writable(parent); !why.empty())
     return {Mark::kFail, "recording: " + parent.string() + " cannot be written: " + why,
             "sudo install -d -o \"$USER\" " + directory.string() + ", or name another directory"};

@@ -185,15 +185,18 @@ int serve(const Arguments& arguments) {
   return runtime::kExitOk;
 }
 
-youbotd::Findings check(const Arguments& arguments, const operation::Config& config) {
-  return youbotd::check(config, {.record_directory = arguments.session.record_directory,
-                                 .record_format = arguments.session.record_format,
-                                 .virtual_time = arguments.session.virtual_time,
-                                 .allow_non_real_time = arguments.session.allow_non_real_time});
+youbotd::CheckOptions check_options(const Arguments& arguments) {
+  return {.record_directory = arguments.session.record_directory,
+          .record_format = arguments.session.record_format,
+          .virtual_time = arguments.session.virtual_time,
+          .allow_non_real_time = arguments.session.allow_non_real_time};
 }
 
 int run_check(const Arguments& arguments, const operation::Config& config) {
-  const youbotd::Findings findings = check(arguments, config);
+  youbotd::CheckOptions options = check_options(arguments);
+  options.control_socket = arguments.control_socket;
+  options.page = arguments.page;
+  const youbotd::Findings findings = youbotd::check(config, options);
   if (arguments.format == runtime::Format::kJson)
     runtime::print(youbotd::json_of(findings));
   else
@@ -247,7 +250,8 @@ int run(Arguments arguments) {
   std::optional<youbotd::ShownRun> shown;
   if (arguments.page || arguments.ros2) {
     shown.emplace(youbotd::ShownRun::Options{.page = arguments.page, .domain = arguments.ros2}, config,
-                  arguments.page ? check(arguments, config) : youbotd::Findings{}, runtime::stop_requested);
+                  arguments.page ? youbotd::check(config, check_options(arguments)) : youbotd::Findings{},
+                  runtime::stop_requested);
     arguments.session.live = &shown->feed();
     arguments.shown = &*shown;
   }

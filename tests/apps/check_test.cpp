@@ -186,8 +186,8 @@ TEST(CheckRecording, LooksWhereItWouldBeMadeAndLeavesNothing) {
   const fs::path file = folder.write("file", "");
   const Finding below_a_file = check_recording(file / "run", false, 1ms, {});
   EXPECT_EQ(below_a_file.mark, Mark::kFail);
-  EXPECT_TRUE(says(below_a_file.found, "Not a directory")) << below_a_file.found;
-  EXPECT_TRUE(says(below_a_file.remedy, "install -d")) << below_a_file.remedy;
+  EXPECT_TRUE(says(below_a_file.found, "file is not a directory")) << below_a_file.found;
+  EXPECT_FALSE(says(below_a_file.remedy, "install -d")) << below_a_file.remedy;
 }
 
 TEST(CheckRecording, RoomIsCountedInHours) {
@@ -201,6 +201,24 @@ TEST(CheckRecording, RoomIsCountedInHours) {
   EXPECT_EQ(check_room("/runs", 2e9, 1ms, kCsv).mark, Mark::kWarn);
   EXPECT_EQ(check_room("/runs", 23e6, 1ms, kCsv).mark, Mark::kFail) << "no room for half a minute";
   EXPECT_EQ(check_room("/runs", 2e9, 10ms, kCsv).mark, Mark::kOk) << "a slower loop writes less";
+}
+
+TEST(CheckRecording, AdviceNamesWhatExists) {
+  EXPECT_TRUE(says(check_room("/none/runs", 4.7e6, 1ms, {}).remedy, "df -h /;"));
+}
+
+TEST(CheckService, WhatAnotherProgramServesFails) {
+  const support::TemporaryDirectory folder;
+  EXPECT_EQ(check_control(folder / "s").mark, Mark::kOk);
+  EXPECT_TRUE(fs::is_empty(folder.path()));
+  folder.write("s", "");
+  EXPECT_TRUE(says(check_control(folder / "s").found, "there is something else of that name"));
+  EXPECT_TRUE(says(check_control(folder / "none/s").found, "there is no directory"));
+
+  const Finding free = check_page("0");
+  EXPECT_EQ(free.mark, Mark::kOk) << free.found;
+  EXPECT_EQ(check_page("192.0.2.1:8765").mark, Mark::kFail) << "an address of documents, of no machine";
+  EXPECT_THROW((void)check_page("somewhere"), std::invalid_argument);
 }
 
 TEST(CheckReport, AProblemIsFollowedByWhatToDo) {
@@ -250,6 +268,15 @@ TEST(CheckCommand, WithoutRightsItFailsAndNamesTheCommandThatGivesThem) {
   const support::CommandResult waived = support::run_command(without + kCheck + "--allow-non-rt");
   EXPECT_EQ(waived.exit_code, 0) << waived.output;
   EXPECT_TRUE(waived.said("warn  priority: SCHED_FIFO 80 for the cycle")) << waived.output;
+}
+
+TEST(CheckCommand, ChecksWhatItWouldServe) {
+  const support::TemporaryDirectory folder;
+  const support::CommandResult result = support::run_command(
+      kCheck + "--allow-non-rt --page 192.0.2.1:8765 --control " + (folder / "none/s").string());
+  EXPECT_EQ(result.exit_code, 3) << result.output;
+  EXPECT_TRUE(result.said("FAIL  control: ")) << result.output;
+  EXPECT_TRUE(result.said("FAIL  page at 192.0.2.1:8765: ")) << result.output;
 }
 
 TEST(CheckCommand, ABusMayHaveAnotherPeriod) {
