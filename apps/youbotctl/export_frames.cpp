@@ -26,6 +26,8 @@ using control::TeleopPhase;
 
 constexpr double kTick_s = 5e-7;  // half of the last decimal of a time in a recording
 constexpr std::size_t kFewestFrames = 2;
+/// Of a quaternion whose parts have three decimals or more.
+constexpr float kNormTolerance = 2e-3F;
 
 std::vector<std::string> numbered(const std::string& begin, int count, const std::string& end) {
   std::vector<std::string> names;
@@ -169,19 +171,25 @@ class Resampler {
               fmt::format("{} is not a number at {:.3f} s", feature.columns[i], next_frame_s()));
         values.push_back(value);
       }
-      keep_sign_of_rotation(feature, values, begin);
+      mend_rotation(feature, values, begin);
     }
     ++episode_->frames;
   }
 
   /// q and -q are one rotation, and a recording changes between them where w is zero. Here the first one has
   /// w >= 0, the others are next to the one before.
-  static void keep_sign_of_rotation(const Feature& feature, std::vector<float>& values, std::size_t begin) {
+  /// @throws std::invalid_argument if its norm is not 1.
+  void mend_rotation(const Feature& feature, std::vector<float>& values, std::size_t begin) const {
     const auto w =
         std::ranges::find_if(feature.columns, [](const auto& name) { return name.ends_with("_qw"); });
     if (w == feature.columns.end()) return;
     const std::size_t at = begin + static_cast<std::size_t>(w - feature.columns.begin());
     const std::span<float> q = std::span(values).subspan(at, 4);
+    const float norm = std::hypot(std::hypot(q[0], q[1]), std::hypot(q[2], q[3]));
+    if (std::abs(norm - 1) > kNormTolerance)
+      throw std::invalid_argument(
+          fmt::format("{} to {} are no rotation at {:.3f} s: their norm is {:.3g}, expected 1", *w, w[3],
+                      next_frame_s(), norm));
     float along = q[0];
     if (begin > 0) {
       const std::span<const float> before = std::span(values).subspan(at - feature.columns.size(), 4);

@@ -8,7 +8,9 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 
 #include "apps/youbotctl/export_statistics.h"
@@ -325,7 +327,11 @@ int export_lerobot(const std::vector<fs::path>& recordings, const fs::path& out,
   runtime::try_output_directory(out);
   runtime::require_empty(out);
   Demonstrations all;
+  std::set<fs::path> seen;
   for (const fs::path& recording : recordings) {
+    std::error_code unknown;
+    if (!seen.insert(fs::weakly_canonical(recording, unknown)).second)
+      throw std::invalid_argument(recording.string() + " is given twice");
     Demonstrations read = read_demonstrations(recording, options.frames);
     for (const std::string& warning : read.warnings) spdlog::warn("{}", warning);
     std::ranges::move(read.episodes, std::back_inserter(all.episodes));

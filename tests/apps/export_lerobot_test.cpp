@@ -78,12 +78,13 @@ TEST_F(ExportLerobot, WrongUsageIsRefusedAndLeavesNothingBehind) {
   for (const std::string fps : {"0", "-30", "nan", "29.97", "1e9"})
     refused("lerobot a.csv set --fps=" + fps, "--fps");
   refused("lerobot a.csv set --fps=1001", "--fps");
-  refused("lerobot a.csv set --task ''", "--task: a text is missing");
+  refused("lerobot a.csv set --task ''", "--task is empty");
   refused("lerobot a.csv set --task \"$(printf 'd\\374nn')\"", "--task: is not UTF-8");
   refused("lerobot a.csv", "paths");
   refused("rlds a.csv set", "rlds");
   // The first one is in order, the second is not.
   refused("lerobot a.csv wheel.csv set", "wheel.csv: is no recording of a teleoperation");
+  refused("lerobot a.csv ./a.csv set", "./a.csv is given twice");
   refused("lerobot a.csv missing.mcap set", "missing.mcap");
   EXPECT_EQ(entries(), before);
   EXPECT_EQ(ctl("lerobot a.csv a.csv/set").exit_code, 3) << "no directory";
