@@ -6,11 +6,13 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <charconv>
 #include <exception>
 #include <future>
 #include <span>
 #include <stdexcept>
 #include <string_view>
+#include <system_error>
 
 #include "operation/base_run.h"
 #include "operation/hold_source.h"
@@ -55,6 +57,24 @@ std::string shortened(std::string text) {
   constexpr std::size_t kMax_bytes = runtime::kLongestAnswer / 8;  // in JSON up to six times as long
   if (text.size() > kMax_bytes) text = text.substr(0, kMax_bytes) + " ...";
   return text;
+}
+
+/// Of the recordings run-1, run-2, … in it: one more than the highest, so that their order is that of the
+/// runs even after some of them were removed.
+int next_number(const std::filesystem::path& directory) {
+  constexpr std::string_view kName = "run-";
+  constexpr int kMaxNumber = 1'000'000;
+  int highest = 0;
+  std::error_code error;
+  for (auto entry = std::filesystem::directory_iterator(directory, error);
+       !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
+    const std::string name = entry->path().filename();
+    int number = 0;
+    if (!name.starts_with(kName)) continue;
+    const auto [end, bad] = std::from_chars(name.data() + kName.size(), name.data() + name.size(), number);
+    if (bad == std::errc() && *end == '\0' && number < kMaxNumber) highest = std::max(highest, number);
+  }
+  return highest + 1;
 }
 
 /// Three finite numbers, and nothing else.
@@ -391,11 +411,9 @@ operation::RunOptions Service::next_run() const {
                             .experiment = mode_,
                             .virtual_time = !clock_.is_real(),
                             .live = options_.live};
-  for (int number = 1; options_.record_directory; ++number) {
-    run.record_directory = *options_.record_directory / ("run-" + std::to_string(number));
-    std::error_code unknown;
-    if (!std::filesystem::exists(std::filesystem::symlink_status(*run.record_directory, unknown))) break;
-  }
+  if (options_.record_directory)
+    run.record_directory =
+        *options_.record_directory / ("run-" + std::to_string(next_number(*options_.record_directory)));
   for (const auto& [key, value] : settings_) run.settings += key + " = " + value + '\n';
   return run;
 }

@@ -96,6 +96,12 @@ TEST_F(Youbotctl, EnablesNothingThatCannotBeRecorded) {
   std::filesystem::remove(folder / "runs");
   EXPECT_EQ(tell({"enable"}).exit_code, 0) << "and once it can, it does";
   EXPECT_TRUE(std::filesystem::exists(folder / "runs/run-1/base.mcap"));
+
+  std::filesystem::rename(folder / "runs/run-1", folder / "runs/run-9");
+  std::filesystem::create_directory(folder / "runs/run-10-notes");
+  EXPECT_EQ(tell({"enable"}).exit_code, 0);
+  EXPECT_TRUE(std::filesystem::exists(folder / "runs/run-10/base.mcap"))
+      << "numbers are in the order of the runs";
 }
 
 /// Runs `words` with standard output and standard error into a full pipe that has no reader.
