@@ -12,8 +12,15 @@
 namespace identification::fit {
 namespace {
 
+/// A torque that was recorded that much late or early is an instrument's; more is the drive's.
+constexpr double kLongestLag_s = 0.01;
+constexpr double kLongestLead_s = 0.002;
+/// Beyond, other terms rule the motion.
+constexpr double kForeign_percent = 30;
+
 struct Sample {
   double torque_Nm;
+  double torque_rate_Nm_per_s;
   double velocity_rad_per_s;
   double acceleration_rad_per_s2;
 };
@@ -34,8 +41,8 @@ std::vector<Sample> filtered(const Recording& recording, double cutoff_rad_per_s
   samples.reserve(position.size());
   for (std::size_t i = 0; i < position.size(); ++i) {
     const auto motion = of_velocity.step(of_position.step(position[i]).velocity);
-    samples.push_back({of_torque_again.step(of_torque.step(torque[i]).position).position, motion.position,
-                       motion.velocity});
+    const auto smooth = of_torque_again.step(of_torque.step(torque[i]).position);
+    samples.push_back({smooth.position, smooth.velocity, motion.position, motion.velocity});
   }
   return samples;
 }
@@ -55,6 +62,27 @@ std::vector<Sample> sliding(const std::vector<Sample>& samples, double slowest, 
     if (now != 0 && since > memory + ahead && i >= 2 * memory) result.push_back(samples[i - ahead]);
   }
   return result;
+}
+
+/// Least squares of y = A·x, with the covariance of x from blocks and a factor for its 95 % intervals.
+struct Solution {
+  Eigen::VectorXd x;
+  Eigen::VectorXd half_width;  ///< of the 95 % intervals
+};
+Solution solved(const Eigen::MatrixXd& A, const Eigen::VectorXd& y, std::size_t memory) {
+  Solution solution{.x = A.colPivHouseholderQr().solve(y), .half_width = {}};
+  const Eigen::VectorXd residual = A * solution.x - y;
+  const auto n = static_cast<double>(A.rows());
+  // Blocks longer than the filter's correlation, and enough of them for a variance.
+  const auto blocks =
+      static_cast<std::size_t>(std::clamp(n / static_cast<double>(2 * memory + 1), 12.0, 60.0));
+  // The covariance of white residuals as a lower bound: few blocks may agree by chance.
+  const Eigen::MatrixXd white =
+      normal_inverse(A) * residual.squaredNorm() / (n - static_cast<double>(A.cols()));
+  const Eigen::MatrixXd covariance = block_covariance(A, residual, blocks);
+  const double t = student_975(static_cast<double>(blocks) - static_cast<double>(A.cols()));
+  solution.half_width = t * covariance.diagonal().cwiseMax(white.diagonal()).cwiseSqrt();
+  return solution;
 }
 
 }  // namespace
@@ -79,42 +107,45 @@ MovingFit fit_moving(const Recording& recording, const MovingFitOptions& options
   bool forward = false;
   bool backward = false;
   const auto n = static_cast<Eigen::Index>(samples.size());
-  Eigen::MatrixXd A(n, 4);
+  Eigen::MatrixXd A(n, 3);
   Eigen::VectorXd y(n);
+  Eigen::VectorXd rate(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const Sample& s = samples[static_cast<std::size_t>(i)];
     (s.velocity_rad_per_s > 0 ? forward : backward) = true;
-    A.row(i) << s.acceleration_rad_per_s2, std::copysign(1.0, s.velocity_rad_per_s), s.velocity_rad_per_s,
-        1.0;
+    A.row(i) << s.acceleration_rad_per_s2, std::copysign(1.0, s.velocity_rad_per_s), s.velocity_rad_per_s;
     y[i] = s.torque_Nm;
+    rate[i] = s.torque_rate_Nm_per_s;
   }
   const bool offset = options.torque_offset && forward && backward;
-  if (!offset) A.conservativeResize(n, 3);
-  const Eigen::VectorXd x = A.colPivHouseholderQr().solve(y);
-  const Eigen::VectorXd residual = A * x - y;
-  fit.relative_error_percent = relative_error_percent(y, A * x);
+  if (offset) {
+    A.conservativeResize(n, 4);
+    A.col(3).setOnes();
+  }
+  const Eigen::Index terms = A.cols();
+  // A torque that lags is, to first order, less by lag · its rate.
+  Eigen::MatrixXd late(n, terms + 1);
+  late << A, -rate;
+  Solution solution = solved(late, y, memory);
+  const double lag_s = solution.x[terms];
+  if (std::abs(lag_s) > solution.half_width[terms] && lag_s > -kLongestLead_s && lag_s < kLongestLag_s) {
+    A = late;
+    fit.torque_lag_s = lag_s;
+  } else {
+    solution = solved(A, y, memory);
+  }
+  fit.relative_error_percent = relative_error_percent(y, A * solution.x);
   fit.condition = condition_number(A);
-
-  // Blocks longer than the filter's correlation, and enough of them for a variance.
-  const auto blocks = static_cast<std::size_t>(
-      std::clamp(static_cast<double>(n) / static_cast<double>(2 * memory + 1), 12.0, 60.0));
-  const Eigen::MatrixXd covariance = block_covariance(A, residual, blocks);
-  const double t = student_975(static_cast<double>(blocks) - static_cast<double>(A.cols()));
-  // The covariance of white residuals as a lower bound: few blocks may agree by chance.
-  const Eigen::MatrixXd white =
-      normal_inverse(A) * residual.squaredNorm() / static_cast<double>(n - A.cols());
   const std::pair<const char*, const char*> names[] = {{"", "inertia_kg_m2"},
                                                        {"coulomb", "torque_Nm"},
                                                        {"viscous", "coefficient_Nm_s_per_rad"},
                                                        {"torque_offset", "torque_Nm"}};
-  for (Eigen::Index k = 0; k < A.cols(); ++k) {
-    const double half = t * std::sqrt(std::max(covariance(k, k), white(k, k)));
+  for (Eigen::Index k = 0; k < terms; ++k)
     fit.parameters.push_back({.name = names[k].second,
-                              .value = x[k],
-                              .lower = x[k] - half,
-                              .upper = x[k] + half,
+                              .value = solution.x[k],
+                              .lower = solution.x[k] - solution.half_width[k],
+                              .upper = solution.x[k] + solution.half_width[k],
                               .effect = names[k].first});
-  }
   if (!offset)
     fit.parameters.push_back(
         {.name = names[3].second,
@@ -140,13 +171,18 @@ MovingFit fit_moving(const Recording& recording, const MovingFitOptions& options
   }
   for (std::size_t k = 1; k < 3; ++k) {
     const Estimate& e = fit.parameters[k];
-    if (e.ok() && e.value < 0)
+    if (e.ok() && e.lower < 0)
       refuse(k, e.upper > 0 ? "this motion does not distinguish it from zero"
                             : "came out below zero, where no friction is: something else is in this motion");
     const double half = 0.5 * (e.upper - e.lower);
     if (e.ok() && !(half * A.col(static_cast<Eigen::Index>(k)).norm() < 0.5 * y.norm()))
       refuse(k, "this motion cannot separate it from the other terms");
   }
+  if (fit.relative_error_percent > kForeign_percent)
+    fit.verdicts.push_back(
+        "these terms leave " + std::to_string(std::lround(fit.relative_error_percent)) +
+        " % of the torque: a weight, a contact or another effect rules this motion, and the "
+        "intervals do not allow for it; youbot-gap searches for it");
   return fit;
 }
 

@@ -1,11 +1,13 @@
 // Inertia and friction from motion: hidden truth from an integrator written here.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "identification/fit/moving_fit.h"
 #include "identification/recording.h"
@@ -90,6 +92,35 @@ TEST(IdentifyMoving, IntervalsHoldTheTruth) {
       covered[k] += fit.parameters[k].lower <= values[k] && values[k] <= fit.parameters[k].upper ? 1 : 0;
   }
   for (const int count : covered) EXPECT_GE(count, 52);
+}
+
+/// Half a row early to a few rows late, as recorders write it.
+TEST(IdentifyMoving, ATorqueThatIsLateBiasesNothing) {
+  const Truth truth;
+  for (const int late : {-1, 1, 3}) {
+    identification::Recording recording = recorded(truth, 5);
+    std::vector<double>& torque = recording.columns[1].values;
+    if (late > 0)
+      std::shift_right(torque.begin(), torque.end(), late);
+    else
+      std::shift_left(torque.begin(), torque.end(), -late);
+    const MovingFit fit = fit_moving(recording);
+    EXPECT_NEAR(fit.torque_lag_s, 1e-3 * late, 5e-4);
+    EXPECT_NEAR(estimate_of(fit.parameters, "coulomb", "torque_Nm").value, truth.coulomb,
+                0.02 * truth.coulomb);
+    EXPECT_NEAR(estimate_of(fit.parameters, "viscous", "coefficient_Nm_s_per_rad").value, truth.viscous,
+                0.02 * truth.viscous);
+  }
+}
+
+TEST(IdentifyMoving, AnotherTermThatRulesTheMotionIsReported) {
+  identification::Recording recording = recorded({}, 1);
+  for (std::size_t i = 0; i < recording.rows(); ++i)
+    recording.columns[1].values[i] += 0.8 * std::sin(recording.columns[2].values[i]);  // a weight
+  const MovingFit fit = fit_moving(recording);
+  ASSERT_FALSE(fit.verdicts.empty());
+  EXPECT_NE(fit.verdicts.back().find("% of the torque: a weight, a contact"), std::string::npos)
+      << fit.verdicts.back();
 }
 
 TEST(IdentifyMoving, ConstantVelocityShowsNoInertia) {
