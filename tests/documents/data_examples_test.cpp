@@ -1,11 +1,14 @@
-// tests/data/README.md: each of its examples prints the documented output.
+// tests/data/README.md: each of its examples prints the documented output, which agrees with published
+// numbers.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cctype>
 #include <string>
 #include <vector>
 
 #include "tests/documents/commands.h"
+#include "tests/documents/published_numbers.h"
 #include "tests/support/built_paths.h"
 
 namespace data_examples_test {
@@ -38,6 +41,14 @@ TEST_P(DataExample, PrintsWhatTheDocumentSays) {
     EXPECT_EQ(documents::first_missing(step.printed, result.output), "") << step.command << "\nprinted:\n"
                                                                          << result.output;
   }
+  const auto& judges = documents::published_numbers();
+  if (const auto judge = judges.find(GetParam().heading); judge != judges.end()) judge->second(checkout);
+}
+
+TEST(PublishedNumbers, AreThoseOfExamples) {
+  const std::vector<Block> all = examples();
+  for (const auto& [heading, judge] : documents::published_numbers())
+    EXPECT_EQ(std::ranges::count(all, heading, &Block::heading), 1) << heading;
 }
 
 INSTANTIATE_TEST_SUITE_P(OfEachDataSet, DataExample, testing::ValuesIn(examples()), test_name);
