@@ -73,11 +73,14 @@ std::string headline_of_held_out(const Findings& findings) {
   return findings.drive;
 }
 
-/// Location of most of the residual: "time 3.1 to 3.8 s of 3.csv".
+/// Location of most of the residual, "time 3.1 to 3.8 s of 3.csv"; empty if it is spread over the whole band.
 std::string strongest_unexplained(const identification::gap::Result& result) {
-  const auto strongest =
-      std::ranges::max_element(result.unexplained, {}, &identification::gap::Unexplained::share);
-  return strongest == result.unexplained.end() ? "" : where_text(strongest->where);
+  const identification::gap::Unexplained* strongest = nullptr;
+  for (const identification::gap::Unexplained& one : result.unexplained) {
+    const bool everywhere = one.where.coordinate == "frequency_Hz" && one.where.from <= 0;
+    if (!everywhere && (strongest == nullptr || one.share > strongest->share)) strongest = &one;
+  }
+  return strongest == nullptr ? "" : where_text(strongest->where);
 }
 
 }  // namespace
@@ -239,8 +242,10 @@ std::vector<std::string> next_steps(const Findings& findings) {
 
   const std::string place = strongest_unexplained(result);
   const std::string look =
-      "What is left shows most at " + (place.empty() ? "no one place" : place) +
-      ": see the report there, record that stretch again, and check what touches the joint.";
+      place.empty()
+          ? "What is left shows at no one place: see the report, and check what touches the joint."
+          : "What is left shows most at " + place +
+                ": see the report there, record that stretch again, and check what touches the joint.";
   if (result.unnamed && !result.unnamed_accepted)
     steps.push_back(fmt::format(
         "model-unnamed.toml closes {:.0f} % of what is left above the noise with a torque that has no "
@@ -250,8 +255,13 @@ std::vector<std::string> next_steps(const Findings& findings) {
     case Verdict::kNoGap:
       steps.emplace_back("Keep the model's form: within what these recordings exercise nothing is missing.");
       break;
-    case Verdict::kExplained:
     case Verdict::kAmbiguous:
+      steps.emplace_back(
+          "The new model predicts the torque as well as with the rival. Decide between them before its "
+          "parameters serve another purpose, such as gravity compensation or a simulation of the whole "
+          "robot.");
+      break;
+    case Verdict::kExplained:
       steps.emplace_back("Use the new model in place of the given one: it loads wherever that does.");
       break;
     case Verdict::kPartlyExplained:

@@ -2,6 +2,8 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <cmath>
+
 #include "runtime/configuration/quantity.h"
 #include "runtime/program/wording.h"
 
@@ -34,14 +36,31 @@ std::string effect_text(const identification::gap::FoundEffect& found) {
   return text + "\n";
 }
 
-/// Plausible rejected effects: those that would reduce the gap.
+/// Plausible rejected effects: those that would reduce a gap that is more than noise.
 std::string rejected_text(const identification::gap::Result& result) {
   constexpr double kWorthMentioning = 0.99;
+  if (result.gap_searched_Nm <= result.noise_floor_Nm) return {};
   std::string text;
   for (const identification::gap::RejectedEffect& rejected : result.rejected)
-    if (rejected.gap_after < kWorthMentioning * result.gap_after_Nm)
-      text += fmt::format("  - {} not added, though the gap would be {:.3g} N·m: {}\n",
-                          effect_words(rejected.type), rejected.gap_after, rejected.reason);
+    if (rejected.gap_after < kWorthMentioning * result.gap_searched_Nm)
+      text += fmt::format(
+          "  - {} not added, though the gap of the data searched would fall from {:.3g} to {:.3g} N·m: {}\n",
+          effect_words(rejected.type), result.gap_searched_Nm, rejected.gap_after, rejected.reason);
+  return text;
+}
+
+/// Given parameters that the data contradict.
+std::string refitted_text(const Findings& findings) {
+  std::string text;
+  for (const Refitted& refitted : refitted_parameters(findings)) {
+    if (!std::isfinite(refitted.before) || !refitted.after.ok()) continue;
+    if (refitted.before >= refitted.after.lower && refitted.before <= refitted.after.upper) continue;
+    const runtime::Quantity quantity = runtime::quantity_of(refitted.after.name);
+    text +=
+        fmt::format("  = {} {}: {:.4g} -> {} ({:.4g} to {:.4g})\n", effect_words(refitted.effect_type),
+                    quantity.name, refitted.before, runtime::number_text(refitted.after.value, quantity.unit),
+                    refitted.after.lower, refitted.after.upper);
+  }
   return text;
 }
 
@@ -77,6 +96,7 @@ std::string summary_text(const Findings& findings) {
         loop.before_rad, loop.after_rad, loop.recordings, loop.held_out ? "held-out" : "searched");
   text += fmt::format("held out: {}\n", runtime::list_text(result.held_out));
   for (const identification::gap::FoundEffect& found : result.effects) text += effect_text(found);
+  text += refitted_text(findings);
   text += rejected_text(result);
   for (const identification::gap::Unexplained& unexplained : result.unexplained)
     text += fmt::format("  ? {}: {:.0f} % of the squared held-out residual, unexplained\n",

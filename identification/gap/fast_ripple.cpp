@@ -29,6 +29,7 @@ constexpr double kFarAbove = 40;
 constexpr std::size_t kParts = 4;
 constexpr double kSamePhase_rad = 0.8;
 constexpr double kSameAmplitude = 0.5;
+constexpr double kSamePeriods = 0.02;
 /// This share of the moving samples, the slowest, must show a ripple.
 constexpr double kSlowShare = 0.1;
 constexpr std::size_t kMinFastSamples = 1000;
@@ -37,12 +38,16 @@ constexpr std::size_t kMinFastSamples = 1000;
 struct FastSamples {
   std::vector<double> position_rad;
   std::vector<double> torque_Nm;
+  std::vector<double> command_Nm;  ///< zero where none was recorded
   std::vector<double> speed_rad_per_s;
 };
 
 void append(FastSamples& samples, const Signals& s) {
   if (s.raw_torque_Nm.size() < 3 || s.torque_is_command) return;
   const std::vector<double> slow = zero_phase(s.raw_torque_Nm, s.raw_period_s, s.band_Hz);
+  const bool commanded = s.raw_command_Nm.size() == s.raw_torque_Nm.size();
+  std::vector<double> slow_command;
+  if (commanded) slow_command = zero_phase(s.raw_command_Nm, s.raw_period_s, s.band_Hz);
   const std::vector<double> velocity =
       derivative(zero_phase(s.raw_position_rad, s.raw_period_s, s.band_Hz), s.raw_period_s);
   const auto step = static_cast<std::size_t>(std::llround(s.period_s / s.raw_period_s));
@@ -51,19 +56,21 @@ void append(FastSamples& samples, const Signals& s) {
     if (s.moving[at] == 0) continue;
     samples.position_rad.push_back(s.raw_position_rad[i]);
     samples.torque_Nm.push_back(s.raw_torque_Nm[i] - slow[i]);
+    samples.command_Nm.push_back(commanded ? s.raw_command_Nm[i] - slow_command[i] : 0);
     samples.speed_rad_per_s.push_back(std::abs(velocity[i]));
   }
 }
 
-/// Amplitude and phase of N periods per turn, where it is above the band and below the rate.
-std::complex<double> amplitude(const FastSamples& samples, std::size_t from, std::size_t to, double periods,
-                               double low_Hz, double high_Hz) {
+/// Amplitude and phase of N periods per turn in values of the samples, where it is above the band and below
+/// the rate.
+std::complex<double> amplitude(const FastSamples& samples, std::span<const double> values, std::size_t from,
+                               std::size_t to, double periods, double low_Hz, double high_Hz) {
   std::complex<double> sum = 0;
   std::size_t count = 0;
   for (std::size_t i = from; i < to; ++i) {
     const double hz = periods * samples.speed_rad_per_s[i] / kFullTurn_rad;
     if (hz < low_Hz || hz > high_Hz) continue;
-    sum += std::polar(samples.torque_Nm[i], -periods * samples.position_rad[i]);
+    sum += std::polar(values[i], -periods * samples.position_rad[i]);
     ++count;
   }
   return count > 0 ? 2.0 / static_cast<double>(count) * sum : 0;
@@ -103,7 +110,8 @@ std::optional<FastRipple> fast_ripple(std::span<const Signals> signals) {
   std::complex<double> mean = 0;
   double largest = 0;
   for (std::size_t p = 0; p < kParts; ++p) {
-    parts[p] = amplitude(samples, p * count / kParts, (p + 1) * count / kParts, periods, low_Hz, high_Hz);
+    parts[p] = amplitude(samples, samples.torque_Nm, p * count / kParts, (p + 1) * count / kParts, periods,
+                         low_Hz, high_Hz);
     mean += parts[p] / static_cast<double>(kParts);
     largest = std::max(largest, std::abs(parts[p]));
   }
@@ -111,7 +119,9 @@ std::optional<FastRipple> fast_ripple(std::span<const Signals> signals) {
     if (!(std::abs(part) > kSameAmplitude * largest) ||
         std::abs(std::arg(part * std::conj(mean))) > kSamePhase_rad)
       return std::nullopt;
-  return FastRipple{periods, std::abs(mean)};
+  const double commanded =
+      std::abs(amplitude(samples, samples.command_Nm, 0, count, periods, low_Hz, high_Hz));
+  return FastRipple{periods, std::abs(mean), commanded > kSameAmplitude * std::abs(mean)};
 }
 
 double most_periods_shown(std::span<const Signals> signals) {
@@ -126,15 +136,20 @@ double most_periods_shown(std::span<const Signals> signals) {
   return kFullTurn_rad * signals.front().band_Hz / *place;
 }
 
-std::string fast_ripple_note(std::span<const Signals> signals) {
+std::string fast_ripple_note(std::span<const Signals> signals, const model::effects::DriveModel& found) {
   const std::optional<FastRipple> ripple = fast_ripple(signals);
   if (!ripple) return {};
+  for (const model::effects::AnyEffect& effect : found.effects)
+    if (const auto* cogging = std::get_if<model::effects::Cogging>(&effect))
+      if (std::abs(ripple->periods_per_rev / cogging->parameters().periods_per_rev - 1) < kSamePeriods)
+        return {};
   return "The measured torque repeats " + short_number(ripple->periods_per_rev) + " times a turn with " +
          short_number(ripple->amplitude_Nm) + " N·m, above the analysed band of " +
-         short_number(signals.front().band_Hz) +
-         " Hz: a ripple of the motor or of its current sensor. The search does not see it; recordings at "
-         "lower "
-         "speed bring it into the band.";
+         short_number(signals.front().band_Hz) + " Hz: " +
+         (ripple->commanded
+              ? "its command does so too, in answer to the encoder's steps or to a ripple of the motor"
+              : "a ripple of the motor or of its current sensor") +
+         ". The search does not see it; recordings at lower speed bring it into the band.";
 }
 
 }  // namespace identification::gap

@@ -36,6 +36,8 @@ constexpr double kAtBound = 1e-3;
 /// like a wider gap: their frequency may be half or twice as high.
 constexpr std::string_view kFlank = "flank_Hz";
 constexpr double kFlankMayBe = 2;
+/// Smoothing of a lag that is a delay and no filter, in squares of the lag.
+constexpr double kPureDelay = 0.5;
 
 AnyEffect changed(const AnyEffect& effect, std::string_view name, double value) {
   const auto& described = model::effects::description_of(effect);
@@ -151,6 +153,11 @@ bool is_given(const AnyEffect& effect) {
          std::holds_alternative<model::effects::TorqueSaturation>(effect);
 }
 
+/// Zero is a place like any other.
+bool is_place(std::string_view parameter) {
+  return parameter.ends_with("position_rad") || parameter.ends_with("phase_rad");
+}
+
 }  // namespace
 
 std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows& rows) {
@@ -170,7 +177,9 @@ std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows
     if (const double square_s2 = period_s * period_s; period_s <= kLongestPeriod_s)
       list.push_back({FreeParameter::Kind::kSmoothing, 0, "smoothing_s2", fitted.smoothing_s2,
                       kMinSmoothing * square_s2,
-                      std::max(kMaxSmoothing * square_s2, kTorqueFilter_s * kTorqueFilter_s), square_s2});
+                      std::max({kMaxSmoothing * square_s2, kTorqueFilter_s * kTorqueFilter_s,
+                                kPureDelay * fitted.lag_s * fitted.lag_s}),
+                      square_s2});
   }
   for (std::size_t i = 0; i < fitted.model.effects.size(); ++i) {
     const AnyEffect& effect = fitted.model.effects[i];
@@ -344,8 +353,9 @@ std::vector<fit::Estimate> estimates(const FittedModel& fitted, const Rows& rows
       estimate.lower = p.value - half;
       estimate.upper = p.value + half;
       if (at_the_end(p)) estimate.not_identifiable = "the fit runs to the end of the range it may have";
-      if (!(half < 10 * std::max(std::abs(p.value), p.scale)))
-        estimate.not_identifiable = "its interval is wider than ten times its value";
+      if (is_place(p.name) ? !(half < std::numbers::pi) : !(half < 10 * std::max(std::abs(p.value), p.scale)))
+        estimate.not_identifiable = is_place(p.name) ? "its interval is wider than a turn"
+                                                     : "its interval is wider than ten times its value";
     }
     result.push_back(std::move(estimate));
   }

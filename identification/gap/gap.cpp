@@ -271,6 +271,10 @@ void name_inertia(Result& result, const model::effects::DriveModel& base, const 
   result.effects.insert(result.effects.begin(), std::move(found));
 }
 
+/// Of the torque's recording; less than a sample of most recorders.
+constexpr double kWorthNotingLag_s = 1e-3;
+constexpr double kAlmostLongest = 0.99;
+
 HeldOutRows held_out_rows(const Rows& rows, const Eigen::VectorXd& before, const Eigen::VectorXd& after,
                           const Indices& held_out) {
   HeldOutRows result{.recording = {},
@@ -295,8 +299,9 @@ Verdict verdict_of(const Result& result) {
 
 /// Where the searched data contradict the held-out ones; empty if they agree.
 std::string disagreement(const Result& result) {
+  const auto at_the_floor = [&](double gap_Nm) { return gap_Nm <= kAtTheFloor * result.noise_floor_Nm; };
   const auto is_noise = [&](double gap_Nm, const std::vector<Unexplained>& structured) {
-    return structured.empty() && (result.effects.empty() || gap_Nm <= kAtTheFloor * result.noise_floor_Nm);
+    return structured.empty() && (result.effects.empty() || at_the_floor(gap_Nm));
   };
   const bool held_out = is_noise(result.gap_after_Nm, result.unexplained);
   const bool searched = is_noise(result.gap_searched_Nm, result.unexplained_searched);
@@ -306,9 +311,11 @@ std::string disagreement(const Result& result) {
   return held_out
              ? "The model leaves " + gaps +
                    ": what is structured in the former does not show in the latter, of which the verdict is."
-             : "The model leaves " + gaps +
-                   ": the searched data are explained; the held-out data contain a motion or a cause that "
-                   "was not searched.";
+             : "The model leaves " + gaps + ": " +
+                   (at_the_floor(result.gap_searched_Nm)
+                        ? "the searched data are explained"
+                        : "what is left of the searched data has no structure") +
+                   "; the held-out data contain a motion or a cause that was not searched.";
 }
 
 }  // namespace
@@ -429,7 +436,14 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
     }
   }
   result.notes = std::move(taken_back);
-  if (std::string note = fast_ripple_note(searched); !note.empty()) result.notes.push_back(std::move(note));
+  if (std::string note = fast_ripple_note(searched, final.model); !note.empty())
+    result.notes.push_back(std::move(note));
+  if (std::abs(final.lag_s) > kWorthNotingLag_s)
+    result.notes.push_back(
+        "The torque is taken as recorded " + short_number(1e3 * std::abs(final.lag_s)) + " ms " +
+        (final.lag_s > 0 ? "late" : "early") +
+        (final.lag_s > kAlmostLongest * kLongestLag_s ? " or more" : "") +
+        ", fitted to the motion. All gaps here allow for that, and the model has no part of it.");
   result.blind_spots = blind_spots(searched, rest.rests);
   const FittedModel refitted = refined(given, rows, parts.training.rows);
   const Eigen::VectorXd named_left = residual(final);
@@ -438,6 +452,8 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   as_given.model = base;
   as_given.lag_s = final.lag_s;
   as_given.smoothing_s2 = final.smoothing_s2;
+  result.torque_lag_s = final.lag_s;
+  result.torque_smoothing_s2 = final.smoothing_s2;
   result.gap_before_Nm = rms(residual(as_given), quiet);
   result.gap_base_Nm = rms(residual(refitted), quiet);
   result.gap_after_Nm = rms(named_left, quiet);
@@ -537,7 +553,7 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   }
   for (const auto& [type, gain, reason] : searching.rejected)
     if (!named.contains(type))
-      result.rejected.push_back({type, result.gap_after_Nm * std::sqrt(std::max(0.0, 1 - gain)), reason});
+      result.rejected.push_back({type, result.gap_searched_Nm * std::sqrt(std::max(0.0, 1 - gain)), reason});
 
   progress("looking for the next experiment", 0.94);
   // A delay of a speed command is not a delay of the torque: experiments have their own speed loops.

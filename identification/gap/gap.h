@@ -124,7 +124,7 @@ struct BlindSpot {
 
 struct RejectedEffect {
   std::string type;
-  double gap_after;    ///< [N·m] with it added to the final model
+  double gap_after;    ///< [N·m] of the data searched, with it added to the final model
   std::string reason;  ///< the criterion that it failed
 };
 struct Unexplained {
@@ -164,7 +164,11 @@ struct Result {
   double band_Hz = 0;
   std::vector<std::string> held_out;
   double gap_before_Nm = 0;  ///< held-out rms torque residual of the given model
-  double gap_base_Nm = 0;    ///< of the given model with refitted parameters
+  /// How the recording of the torque was taken, fitted: true = reported + lag · rate + smoothing · its rate.
+  /// All gaps here, also that of the given model, allow for it. It is no part of the model.
+  double torque_lag_s = 0;
+  double torque_smoothing_s2 = 0;
+  double gap_base_Nm = 0;  ///< of the given model with refitted parameters
   double gap_after_Nm = 0;
   double gap_searched_Nm = 0;  ///< of the new model on the data it was fitted to
   /// From the given model's gap to the last one; empty if the given model cannot be compared, for example if

@@ -46,12 +46,15 @@ constexpr double kHeldResolutions = 3;
 /// A column has stopped if it is constant for this many usual runs of the same value.
 constexpr std::size_t kMinHeldRuns = 20;
 constexpr double kUsualRuns = 0.99;
-/// Noise reverses at two of three values; without any, a dead-band or a constant speed looks like a stop.
+/// Noise reverses at two of three values. Without any, or with less than the torque changes from row to row,
+/// a dead-band or a constant speed looks like a stop.
 constexpr double kTurnsOfNoise = 0.25;
 /// Other columns count as moving if they change by this share of their usual value, or by this many of their
 /// smallest changes.
 constexpr double kMeanwhile = 0.05;
 constexpr double kMeanwhileChanges = 10;
+/// Share by which a command changes that no dead-band swallows.
+constexpr double kBeyondDeadband = 1;
 /// A velocity that leads this far, while the position is constant, contradicts it.
 constexpr double kWay_rad = 0.1;
 
@@ -228,7 +231,8 @@ void drop_held_torque(Source& source, Diagnoses& diagnoses) {
   std::size_t turns = 0;
   for (std::size_t i = 2; i < count; ++i)
     turns += (values[i - 2] < values[i - 1]) == (values[i] < values[i - 1]) ? 1 : 0;
-  if (static_cast<double>(turns) < kTurnsOfNoise * static_cast<double>(count)) return;
+  const bool noisy = static_cast<double>(turns) >= kTurnsOfNoise * static_cast<double>(count);
+  if (!noisy && !commanded) return;
   std::size_t usual = 1;
   std::size_t shorter = 0;
   for (const auto& [length, times] : runs) {
@@ -238,8 +242,9 @@ void drop_held_torque(Source& source, Diagnoses& diagnoses) {
   }
   if (runs.rbegin()->first < kMinHeldRuns * usual) return;
 
-  const double moves = std::max(kMeanwhileChanges * least_change(steps_of(*moving)),
-                                commanded ? kMeanwhile * quantile(magnitudes(*command), 0.9) : 0);
+  const double moves =
+      std::max(kMeanwhileChanges * least_change(steps_of(*moving)),
+               commanded ? (noisy ? kMeanwhile : kBeyondDeadband) * quantile(magnitudes(*command), 0.9) : 0);
   const auto range = std::ranges::minmax(*torque);
   std::vector<MarkedRun> held;
   for_each_run(*torque, [&](const MarkedRun& run) {

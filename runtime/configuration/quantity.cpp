@@ -17,6 +17,7 @@ constexpr auto kUnits = std::to_array<Unit>({{"_Nm_s2_per_rad2", "N·m·s²/rad�
                                              {"_Nm_per_rad", "N·m/rad"},
                                              {"_Nm_per_s", "N·m/s"},
                                              {"_rad_per_s", "rad/s"},
+                                             {"_s_per_rad", "s/rad"},
                                              {"_kg_m2", "kg·m²"},
                                              {"_rad", "rad"},
                                              {"_Nm", "N·m"},

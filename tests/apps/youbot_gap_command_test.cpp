@@ -157,7 +157,7 @@ void expect_contract(const json& gap) {
     // Without a reason one that leaves less of the gap than the result does would look forgotten.
     const std::string reason = rejected.at("reason");
     EXPECT_FALSE(reason.empty());
-    if (rejected.at("gap_after") < 0.98 * gap.at("gap").at("after").get<double>()) {
+    if (rejected.at("gap_after") < 0.98 * gap.at("gap").at("searched").get<double>()) {
       EXPECT_EQ(reason.find("takes away less than 2 %"), reason.npos) << rejected;
     }
   }

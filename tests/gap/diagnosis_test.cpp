@@ -207,6 +207,23 @@ TEST(Diagnosis, ATorqueThatStopsWhileTheJointMovesIsLeftOut) {
   EXPECT_EQ(rows, 10000 - 1499U);
 }
 
+/// Its torque changes from row to row by more than its noise, and the command contradicts it.
+TEST(Diagnosis, AFastTorqueThatStopsIsLeftOutToo) {
+  Source source = healthy();
+  std::vector<double> torque;
+  std::vector<double> command;
+  for (const double t : column(source, "time_s")) {
+    command.push_back(0.4 * std::sin(20 * t));
+    torque.push_back(t > 8 && t < 9 ? 0.123 : command.back());
+  }
+  column(source, "torque_measured_Nm") = torque;
+  source.recording.columns.push_back({"torque_command_Nm", command});
+  const Diagnosed diagnosed = diagnose({source}, base());
+  EXPECT_TRUE(
+      contains(noticed(diagnosed), "torque_measured_Nm stays 0.123 from 8 s to 9 s, while its command"))
+      << noticed(diagnosed);
+}
+
 /// A joint that a coarse sensor sees at rest is not a sensor that stopped.
 TEST(Diagnosis, ATorqueThatRestsWithTheJointStays) {
   Source source = healthy();

@@ -68,6 +68,28 @@ TEST(Gap, OneMissingEffectIsNamed) {
   });
 }
 
+/// A slow sensor's torque, as that of many recorders: 4 and 6 ms late.
+TEST(Gap, ATorqueThatIsRecordedLateIsNoEffect) {
+  for (const std::size_t late : {4U, 6U}) {
+    Case hidden = make_case({CaseKind::kNone, {}, 0, late}, kLength);
+    for (auto* sources : {&hidden.data, &hidden.held_out})
+      for (identification::gap::Source& source : *sources) {
+        auto& columns = source.recording.columns;
+        std::erase_if(columns, [](const auto& column) { return column.name == "torque_command_Nm"; });
+        auto& torque =
+            std::ranges::find(columns, "torque_measured_Nm", &identification::Recording::Column::name)
+                ->values;
+        std::shift_right(torque.begin(), torque.end(), static_cast<std::ptrdiff_t>(late));
+      }
+    const auto result = identification::gap::analyse(hidden.base, hidden.data, hidden.held_out);
+    EXPECT_TRUE(result.effects.empty())
+        << late << " ms: " << model::effects::name_of(result.effects.front().effect);
+    // The sensor filters, too.
+    EXPECT_GT(result.torque_lag_s, 1e-3 * static_cast<double>(late) - 5e-4);
+    EXPECT_LT(result.torque_lag_s, 1e-3 * static_cast<double>(late) + 2.5e-3);
+  }
+}
+
 // What acts for milliseconds around a reversal, or on a joint at rest.
 TEST(Gap, WhatShowsAtReversalsIsNamed) {
   using enum Hidden;

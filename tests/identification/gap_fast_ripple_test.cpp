@@ -41,6 +41,19 @@ TEST(FastRipple, OfTheMotorIsFoundAboveTheBand) {
   EXPECT_NEAR(found->amplitude_Nm, 3e-3, 3e-4);
 }
 
+TEST(FastRipple, OfTheCommandIsSaidToBeTheLoops) {
+  std::vector<Signals> signals =
+      turning([](double position, double) { return 3e-3 * std::sin(156 * position + 1); });
+  EXPECT_NE(fast_ripple_note(signals, {}).find("or of its current sensor"), std::string::npos);
+  signals[0].raw_command_Nm = signals[0].raw_torque_Nm;
+  EXPECT_NE(fast_ripple_note(signals, {}).find("its command does so too"), std::string::npos);
+  const model::effects::DriveModel cogs{.name = "bench",
+                                        .inertia_kg_m2 = 0.01,
+                                        .effects = {model::effects::make_effect(
+                                            "cogging", {{"amplitude_Nm", 3e-3}, {"periods_per_rev", 156}})}};
+  EXPECT_EQ(fast_ripple_note(signals, cogs), "") << "it is found";
+}
+
 TEST(FastRipple, IsNeitherNoiseNorAToneInTimeNorWithinTheBand) {
   const auto none = [](double, double) { return 0.0; };
   const auto hum = [](double, double t) { return 0.01 * std::sin(2 * std::numbers::pi * 150 * t); };
