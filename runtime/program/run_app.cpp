@@ -105,8 +105,9 @@ int run_app(CLI::App& app, int argc, char** argv, const std::function<int()>& bo
     return kExitOk;
   }
   try {
-    // Options of the program may also follow its command.
-    for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) command->fallthrough();
+    // Options of the program may also follow its command, unless that takes whatever follows.
+    for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; }))
+      command->fallthrough(!command->get_prefix_command());
     app.parse(argc, argv);
     refuse_empty(app);
   } catch (const CLI::ParseError& error) {
