@@ -257,7 +257,8 @@ std::vector<std::string> next_steps(const Findings& findings) {
       break;
     case Verdict::kAmbiguous:
       steps.emplace_back(
-          "The new model predicts the torque as well as with the rival. Decide between them before its "
+          "The new model predicts the torque, and so would one with a rival in it. Decide between them "
+          "before its "
           "parameters serve another purpose, such as gravity compensation or a simulation of the whole "
           "robot.");
       break;

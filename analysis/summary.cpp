@@ -44,8 +44,10 @@ std::string rejected_text(const identification::gap::Result& result) {
   for (const identification::gap::RejectedEffect& rejected : result.rejected)
     if (rejected.gap_after < kWorthMentioning * result.gap_searched_Nm)
       text += fmt::format(
-          "  - {} not added, though the gap of the data searched would fall from {:.3g} to {:.3g} N·m: {}\n",
-          effect_words(rejected.type), result.gap_searched_Nm, rejected.gap_after, rejected.reason);
+          "  - {} not added, though it takes away {:.2g} % of the squared residual of the data searched: "
+          "{}\n",
+          effect_words(rejected.type), 100 * (1 - std::pow(rejected.gap_after / result.gap_searched_Nm, 2)),
+          rejected.reason);
   return text;
 }
 
@@ -57,7 +59,8 @@ std::string refitted_text(const Findings& findings) {
     if (refitted.before >= refitted.after.lower && refitted.before <= refitted.after.upper) continue;
     const runtime::Quantity quantity = runtime::quantity_of(refitted.after.name);
     text +=
-        fmt::format("  = {} {}: {:.4g} -> {} ({:.4g} to {:.4g})\n", effect_words(refitted.effect_type),
+        fmt::format("  = {}{}: {:.4g} -> {} ({:.4g} to {:.4g})\n",
+                    refitted.effect_type.empty() ? "" : effect_words(refitted.effect_type) + " ",
                     quantity.name, refitted.before, runtime::number_text(refitted.after.value, quantity.unit),
                     refitted.after.lower, refitted.after.upper);
   }

@@ -33,7 +33,7 @@ struct Config {
   std::vector<runtime::RecordingFile::Attachment> models;
   /// The configuration has [teleoperation]: a haptic device commands the robot.
   bool teleoperated = false;
-  /// Key and table of the file that are read only when robot and haptic device are opened, as written. The
+  /// Keys and tables that are read only when robot and haptic device are opened, as written. The
   /// rest is read for each run.
   std::map<std::string, std::string> opened_once;
 };

@@ -39,7 +39,7 @@ std::vector<std::uint8_t> read_image(const std::filesystem::path& path) {
   };
   std::string bytes;
   try {
-    bytes = read_regular_file(path, kMaxFirmware_bytes);
+    bytes = read_regular_file(path, kMaxFirmware_bytes, Content::kBytes);
   } catch (const std::runtime_error& error) {
     throw unreadable(std::string("it ") + error.what());
   }

@@ -258,10 +258,14 @@ void identify_rig(const Teller& tell, Rig& rig, const std::optional<identificati
     tell("moving: inertia and friction together, {} samples\n", fit.used);
     print_estimates(tell, fit.parameters);
     tell("  error {:.2f} %, condition {:.3g}\n", fit.relative_error_percent, fit.condition);
-    if (fit.torque_lag_s != 0)
-      tell("  the torque is taken as recorded {:.3g} ms {}\n", 1e3 * std::abs(fit.torque_lag_s),
-           fit.torque_lag_s > 0 ? "late" : "early");
+    if (fit.torque_lag_s != 0) {
+      model.evidence.push_back(fmt::format("the torque is taken as recorded {:.3g} ms {}",
+                                           1e3 * std::abs(fit.torque_lag_s),
+                                           fit.torque_lag_s > 0 ? "late" : "early"));
+      tell("  {}\n", model.evidence.back());
+    }
     print_verdicts(tell, fit.verdicts);
+    model.evidence.insert(model.evidence.end(), fit.verdicts.begin(), fit.verdicts.end());
     model.moving = fit.parameters;
     if (const Estimate& inertia = fits::estimate_of(fit.parameters, "", "inertia_kg_m2");
         !model.inertia_kg_m2 && inertia.ok())

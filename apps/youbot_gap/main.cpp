@@ -87,7 +87,7 @@ int main(int argc, char** argv) {
     if (!app.get_subcommands().empty()) {
       for (const CLI::Option* option : app.get_options())
         if (!option->empty())
-          throw CLI::ValidationError(option->get_name(), "goes after 'export', if it has this option");
+          throw CLI::ValidationError(option->get_name(), "stands before 'export', or is no option of it");
       return;
     }
     for (const CLI::Option* needed : {model, data, out})

@@ -329,10 +329,10 @@ int export_lerobot(const std::vector<fs::path>& recordings, const fs::path& out,
   Demonstrations all;
   std::set<fs::path> seen;
   for (const fs::path& recording : recordings) {
-    std::error_code unknown;
-    if (!seen.insert(fs::weakly_canonical(recording, unknown)).second)
-      throw std::invalid_argument(recording.string() + " is given twice");
     Demonstrations read = read_demonstrations(recording, options.frames);
+    std::error_code unknown;
+    if (!seen.insert(fs::weakly_canonical(read.episodes.front().recording, unknown)).second)
+      throw std::invalid_argument(recording.string() + " is given twice");
     for (const std::string& warning : read.warnings) spdlog::warn("{}", warning);
     std::ranges::move(read.episodes, std::back_inserter(all.episodes));
   }

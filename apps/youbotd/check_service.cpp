@@ -29,7 +29,7 @@ Finding check_control(const std::filesystem::path& socket) {
   try {
     const ControlServer tried(socket, nobody);
   } catch (const hal::SetupError& error) {
-    return {Mark::kFail, std::string("control: ") + error.what()};
+    return {Mark::kFail, error.what()};
   }
   return {Mark::kOk, "control: " + socket.string() + " can be served"};
 }

@@ -22,8 +22,8 @@
 namespace youbotd {
 namespace {
 
-/// Connected clients send a request at least every 0.2 s: so the next answer reports that youbotd ends.
-constexpr std::chrono::milliseconds kLastAnswers{250};
+/// youbotctl and the page ask every 0.1 s: after a run, an answer still reports that youbotd ends.
+constexpr std::chrono::milliseconds kLastAnswers{500};
 
 /// Page and ROS 2 topics of a service.
 struct Shown {
@@ -130,10 +130,15 @@ void serve(const ServeOptions& options, const std::atomic<bool>& stop) {
   spdlog::info("{} is open, its drives are off; waiting for commands on {}", config.robot.name,
                options.control_socket.string());
   service.manager().ready("drives off, waiting for commands");
+  bool answers = false;  // a run ended with the program, and its commander has not heard that yet
   std::optional<std::chrono::nanoseconds> last_answers;
   while (!over.load(std::memory_order_acquire)) {
-    if (stop) service.end();
-    if (stop && !service.enabled() && !last_answers) last_answers = clock.now() + kLastAnswers;
+    if (stop) {
+      answers = answers || service.enabled();
+      service.end();
+      if (!service.enabled() && !last_answers)
+        last_answers = clock.now() + (answers ? kLastAnswers : std::chrono::milliseconds(0));
+    }
     if (last_answers && clock.now() >= *last_answers) leave.store(true, std::memory_order_relaxed);
     server.serve(kBeat, shown ? shown->requests.wake_descriptor() : -1);
     if (shown) shown->requests.deliver(service);

@@ -63,7 +63,7 @@ std::string shortened(std::string text) {
 /// runs even after some of them were removed.
 int next_number(const std::filesystem::path& directory) {
   constexpr std::string_view kName = "run-";
-  constexpr int kMaxNumber = 1'000'000;
+  constexpr int kLastNumber = 1'000'000;
   int highest = 0;
   std::error_code error;
   for (auto entry = std::filesystem::directory_iterator(directory, error);
@@ -72,7 +72,7 @@ int next_number(const std::filesystem::path& directory) {
     int number = 0;
     if (!name.starts_with(kName)) continue;
     const auto [end, bad] = std::from_chars(name.data() + kName.size(), name.data() + name.size(), number);
-    if (bad == std::errc() && *end == '\0' && number < kMaxNumber) highest = std::max(highest, number);
+    if (bad == std::errc() && *end == '\0' && number < kLastNumber) highest = std::max(highest, number);
   }
   return highest + 1;
 }
@@ -330,8 +330,8 @@ void Service::disable(const Peer& peer) {
   orders_.off = run_ != nullptr;
   give_orders();
   if (!run_) return;
-  stopped_ = "drives off: requested by " + peer.name;
-  spdlog::warn("{}", stopped_);
+  stopped_ = "switched off by " + peer.name;
+  spdlog::warn("drives off: requested by {}", peer.name);
 }
 
 void Service::enable(const Peer& peer) {

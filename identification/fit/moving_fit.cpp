@@ -13,8 +13,8 @@ namespace identification::fit {
 namespace {
 
 /// A torque that was recorded that much late or early is an instrument's; more is the drive's.
-constexpr double kLongestLag_s = 0.01;
-constexpr double kLongestLead_s = 0.002;
+constexpr double kRecorderLag_s = 0.01;
+constexpr double kRecorderLead_s = 0.002;
 /// Beyond, other terms rule the motion.
 constexpr double kForeign_percent = 30;
 
@@ -64,10 +64,11 @@ std::vector<Sample> sliding(const std::vector<Sample>& samples, double slowest, 
   return result;
 }
 
-/// Least squares of y = A·x, with the covariance of x from blocks and a factor for its 95 % intervals.
+/// Least squares of y = A·x.
 struct Solution {
   Eigen::VectorXd x;
-  Eigen::VectorXd half_width;  ///< of the 95 % intervals
+  Eigen::VectorXd
+      half_width;  ///< of the 95 % intervals, which allow for residuals that are correlated in time
 };
 Solution solved(const Eigen::MatrixXd& A, const Eigen::VectorXd& y, std::size_t memory) {
   Solution solution{.x = A.colPivHouseholderQr().solve(y), .half_width = {}};
@@ -128,7 +129,7 @@ MovingFit fit_moving(const Recording& recording, const MovingFitOptions& options
   late << A, -rate;
   Solution solution = solved(late, y, memory);
   const double lag_s = solution.x[terms];
-  if (std::abs(lag_s) > solution.half_width[terms] && lag_s > -kLongestLead_s && lag_s < kLongestLag_s) {
+  if (std::abs(lag_s) > solution.half_width[terms] && lag_s > -kRecorderLead_s && lag_s < kRecorderLag_s) {
     A = late;
     fit.torque_lag_s = lag_s;
   } else {

@@ -30,8 +30,9 @@ struct MovingFit {
 /// the same lag. Excluded are the start of the recording, slow samples and those so close to a reversal that
 /// the filter mixes both signs of friction. Intervals allow for residuals that are correlated over time. A
 /// parameter that the motion does not excite gets a reason instead of a number: without acceleration no
-/// inertia, at one speed no viscous friction, in one direction no offset. Negative friction gets no number
-/// either. A torque that is recorded up to 10 ms late or 2 ms early, which biases all of them, is fitted too.
+/// inertia, at one speed no viscous friction, in one direction no offset. Friction gets no number either if
+/// its interval includes zero. A torque that is recorded up to 10 ms late or 2 ms early, which biases all of
+/// them, is fitted too.
 /// @throws std::invalid_argument if columns or an even sample rate are missing, or nothing moves.
 MovingFit fit_moving(const Recording& recording, const MovingFitOptions& options = {});
 

@@ -38,16 +38,17 @@ constexpr std::size_t kMinFastSamples = 1000;
 struct FastSamples {
   std::vector<double> position_rad;
   std::vector<double> torque_Nm;
-  std::vector<double> command_Nm;  ///< zero where none was recorded
+  std::vector<double> command_Nm;
+  bool commanded = true;  ///< all recordings have a command
   std::vector<double> speed_rad_per_s;
 };
 
 void append(FastSamples& samples, const Signals& s) {
   if (s.raw_torque_Nm.size() < 3 || s.torque_is_command) return;
   const std::vector<double> slow = zero_phase(s.raw_torque_Nm, s.raw_period_s, s.band_Hz);
-  const bool commanded = s.raw_command_Nm.size() == s.raw_torque_Nm.size();
+  samples.commanded = samples.commanded && s.raw_command_Nm.size() == s.raw_torque_Nm.size();
   std::vector<double> slow_command;
-  if (commanded) slow_command = zero_phase(s.raw_command_Nm, s.raw_period_s, s.band_Hz);
+  if (samples.commanded) slow_command = zero_phase(s.raw_command_Nm, s.raw_period_s, s.band_Hz);
   const std::vector<double> velocity =
       derivative(zero_phase(s.raw_position_rad, s.raw_period_s, s.band_Hz), s.raw_period_s);
   const auto step = static_cast<std::size_t>(std::llround(s.period_s / s.raw_period_s));
@@ -56,7 +57,7 @@ void append(FastSamples& samples, const Signals& s) {
     if (s.moving[at] == 0) continue;
     samples.position_rad.push_back(s.raw_position_rad[i]);
     samples.torque_Nm.push_back(s.raw_torque_Nm[i] - slow[i]);
-    samples.command_Nm.push_back(commanded ? s.raw_command_Nm[i] - slow_command[i] : 0);
+    samples.command_Nm.push_back(samples.commanded ? s.raw_command_Nm[i] - slow_command[i] : 0);
     samples.speed_rad_per_s.push_back(std::abs(velocity[i]));
   }
 }
@@ -119,9 +120,10 @@ std::optional<FastRipple> fast_ripple(std::span<const Signals> signals) {
     if (!(std::abs(part) > kSameAmplitude * largest) ||
         std::abs(std::arg(part * std::conj(mean))) > kSamePhase_rad)
       return std::nullopt;
-  const double commanded =
+  const double command_Nm =
       std::abs(amplitude(samples, samples.command_Nm, 0, count, periods, low_Hz, high_Hz));
-  return FastRipple{periods, std::abs(mean), commanded > kSameAmplitude * std::abs(mean)};
+  return FastRipple{periods, std::abs(mean),
+                    samples.commanded && command_Nm > kSameAmplitude * std::abs(mean)};
 }
 
 double most_periods_shown(std::span<const Signals> signals) {

@@ -153,6 +153,17 @@ bool is_given(const AnyEffect& effect) {
          std::holds_alternative<model::effects::TorqueSaturation>(effect);
 }
 
+double longest_period_s(const Rows& rows) {
+  double period_s = 0;
+  for (const Signals& s : rows.signals()) period_s = std::max(period_s, s.raw_period_s);
+  return period_s;
+}
+
+double most_smoothing_s2(double period_s, double lag_s) {
+  return std::max(
+      {kMaxSmoothing * period_s * period_s, kTorqueFilter_s * kTorqueFilter_s, kPureDelay * lag_s * lag_s});
+}
+
 /// Zero is a place like any other.
 bool is_place(std::string_view parameter) {
   return parameter.ends_with("position_rad") || parameter.ends_with("phase_rad");
@@ -167,8 +178,7 @@ std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows
     list.push_back({FreeParameter::Kind::kInertia, 0, "inertia_kg_m2", fitted.model.inertia_kg_m2,
                     (1 - kInertiaTolerance) * given, (1 + kInertiaTolerance) * given, given});
   const bool measured = std::ranges::none_of(rows.signals(), &Signals::torque_is_command);
-  double period_s = 0;
-  for (const Signals& s : rows.signals()) period_s = std::max(period_s, s.raw_period_s);
+  const double period_s = longest_period_s(rows);
   if (measured || fitted.model.find<model::effects::TransportDelay>() == nullptr) {
     const double lead_s =
         measured ? std::min(period_s, kLongestLead_s) : std::max(0.5 * period_s, kCurrentLoop_s);
@@ -176,10 +186,7 @@ std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows
     list.push_back({FreeParameter::Kind::kLag, 0, "lag_s", fitted.lag_s, -lead_s, lag_s, 1e-3});
     if (const double square_s2 = period_s * period_s; period_s <= kLongestPeriod_s)
       list.push_back({FreeParameter::Kind::kSmoothing, 0, "smoothing_s2", fitted.smoothing_s2,
-                      kMinSmoothing * square_s2,
-                      std::max({kMaxSmoothing * square_s2, kTorqueFilter_s * kTorqueFilter_s,
-                                kPureDelay * fitted.lag_s * fitted.lag_s}),
-                      square_s2});
+                      kMinSmoothing * square_s2, most_smoothing_s2(period_s, fitted.lag_s), square_s2});
   }
   for (std::size_t i = 0; i < fitted.model.effects.size(); ++i) {
     const AnyEffect& effect = fitted.model.effects[i];
@@ -251,6 +258,7 @@ Eigen::MatrixXd prediction_jacobian(const FittedModel& fitted, const Rows& rows,
 FittedModel refined(const FittedModel& fitted, const Rows& rows, const std::vector<Eigen::Index>& use,
                     const std::function<bool(const FreeParameter&)>& is_free) {
   FittedModel current = fitted;
+  const double period_s = longest_period_s(rows);
   // Gauss-Newton with a trust region by halving: few rounds, one Jacobian each.
   Eigen::VectorXd residual = (rows.torque_Nm() - predicted_rows(current, rows))(use);
   double cost = residual.squaredNorm();
@@ -278,6 +286,8 @@ FittedModel refined(const FittedModel& fitted, const Rows& rows, const std::vect
         moved = with_value(moved, p,
                            p.value + std::clamp(step[static_cast<Eigen::Index>(k)], -0.5 * most, 0.5 * most));
       }
+      // Its bound is that of the new lag.
+      moved.smoothing_s2 = std::min(moved.smoothing_s2, most_smoothing_s2(period_s, moved.lag_s));
       Eigen::VectorXd trial = (rows.torque_Nm() - predicted_rows(moved, rows))(use);
       const double trial_cost = trial.squaredNorm();
       if (trial_cost < cost) {

@@ -29,9 +29,9 @@ inline constexpr double kCurrentLoop_s = 1e-3;
 /// motion is sampled.
 inline constexpr double kMaxSmoothing = 0.5;
 inline constexpr double kMinSmoothing = -1.0 / 12;
-/// Two first-order filters of this time constant in the recording of the torque are not an effect either.
-/// Effects that bend the torque no more, such as a spring far above the band, cannot be distinguished from
-/// them.
+/// Two first-order filters of this time constant in the recording of the torque are not an effect either, nor
+/// the second order of a delay by the whole lag. Effects that bend the torque no more, such as a spring far
+/// above the band, cannot be distinguished from them.
 inline constexpr double kTorqueFilter_s = 1.5e-3;
 /// With longer periods, the band contains nothing fast enough to be affected.
 inline constexpr double kLongestPeriod_s = 0.0125;

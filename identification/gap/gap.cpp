@@ -438,7 +438,8 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   result.notes = std::move(taken_back);
   if (std::string note = fast_ripple_note(searched, final.model); !note.empty())
     result.notes.push_back(std::move(note));
-  if (std::abs(final.lag_s) > kWorthNotingLag_s)
+  if (std::abs(final.lag_s) > kWorthNotingLag_s &&
+      std::ranges::none_of(searched, &Signals::torque_is_command))
     result.notes.push_back(
         "The torque is taken as recorded " + short_number(1e3 * std::abs(final.lag_s)) + " ms " +
         (final.lag_s > 0 ? "late" : "early") +

@@ -124,7 +124,7 @@ struct BlindSpot {
 
 struct RejectedEffect {
   std::string type;
-  double gap_after;    ///< [N·m] of the data searched, with it added to the final model
+  double gap_after;    ///< [N·m] of the data searched, less the share that it took where it was tried
   std::string reason;  ///< the criterion that it failed
 };
 struct Unexplained {

@@ -41,6 +41,8 @@ constexpr std::size_t kFarMore = 5;
 constexpr double kWholeTurn = 0.02;
 /// Minimum number of jumps by a full range of counts before the range counts as one turn.
 constexpr std::size_t kMinWraps = 3;
+/// A turn is the range, and a step more.
+constexpr double kTurnOfRange = 0.9;
 /// A held value changes by several times the sensor's resolution; a coarse one by one step.
 constexpr double kHeldResolutions = 3;
 /// A column has stopped if it is constant for this many usual runs of the same value.
@@ -53,8 +55,8 @@ constexpr double kTurnsOfNoise = 0.25;
 /// smallest changes.
 constexpr double kMeanwhile = 0.05;
 constexpr double kMeanwhileChanges = 10;
-/// Share by which a command changes that no dead-band swallows.
-constexpr double kBeyondDeadband = 1;
+/// Share of its size by which a command changes within a dead-band of that size, from end to end.
+constexpr double kBeyondDeadband = 2;
 /// A velocity that leads this far, while the position is constant, contradicts it.
 constexpr double kWay_rad = 0.1;
 
@@ -287,8 +289,10 @@ void unwrap_position(Source& source, Diagnoses& diagnoses) {
     // Near rest at the edge of a turn, noise wraps it back and forth.
     if (steps[i] * usual[i] < 0) turns_rad.push_back(std::abs(steps[i] - usual[i]));
   }
-  if (turns_rad.size() < kMinWraps || 2 * turns_rad.size() < wraps.size()) return;
+  if (turns_rad.size() < kMinWraps || 2 * turns_rad.size() <= wraps.size()) return;
   double turn_rad = fit::median(turns_rad);
+  // Noise at rest and strays do not jump by all of the range.
+  if (turn_rad < kTurnOfRange * (highest - lowest)) return;
   constexpr double kTurn = 2 * std::numbers::pi;
   if (std::abs(turn_rad - kTurn) < kWholeTurn * kTurn) turn_rad = kTurn;
   double offset = 0;

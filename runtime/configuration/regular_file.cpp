@@ -15,7 +15,7 @@
 namespace runtime {
 namespace {
 
-/// What Windows programs call Unicode text; its bytes read as other characters or none.
+/// What Windows programs call Unicode text.
 bool begins_like_utf16(int fd) {
   std::array<unsigned char, 2> mark{};
   const ssize_t count = drivers::uninterrupted([&] { return ::pread(fd, mark.data(), mark.size(), 0); });
@@ -25,7 +25,7 @@ bool begins_like_utf16(int fd) {
 }  // namespace
 
 // O_NONBLOCK: does not wait for a pipe without a writer.
-RegularFile::RegularFile(const std::filesystem::path& path)
+RegularFile::RegularFile(const std::filesystem::path& path, Content content)
     : fd_(drivers::uninterrupted(
           [&path] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY); })) {
   if (fd_ < 0) throw std::runtime_error("cannot be opened: " + std::generic_category().message(errno));
@@ -33,7 +33,8 @@ RegularFile::RegularFile(const std::filesystem::path& path)
   if (::fstat(fd_, &status_) != 0) refused = "cannot be examined: " + std::generic_category().message(errno);
   if (refused.empty() && S_ISDIR(status_.st_mode)) refused = "is a directory, expected a file";
   if (refused.empty() && !S_ISREG(status_.st_mode)) refused = "is a device or pipe, expected a file";
-  if (refused.empty() && begins_like_utf16(fd_)) refused = "is UTF-16 text: save it as UTF-8";
+  if (refused.empty() && content == Content::kText && begins_like_utf16(fd_))
+    refused = "is UTF-16 text: save it as UTF-8";
   if (!refused.empty()) {
     ::close(fd_);
     throw std::runtime_error(refused);
@@ -65,8 +66,8 @@ std::string read_whole(const RegularFile& file, std::size_t limit_bytes) {
   }
 }
 
-std::string read_regular_file(const std::filesystem::path& path, std::size_t limit_bytes) {
-  return read_whole(RegularFile(path), limit_bytes);
+std::string read_regular_file(const std::filesystem::path& path, std::size_t limit_bytes, Content content) {
+  return read_whole(RegularFile(path, content), limit_bytes);
 }
 
 }  // namespace runtime

@@ -3,16 +3,19 @@
 #include <sys/stat.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 
 namespace runtime {
 
-/// Set-up. A file that is read piece by piece. Non-regular files are rejected as below.
+enum class Content : std::uint8_t { kText, kBytes };
+
+/// Set-up. A file that is read piece by piece. Non-regular files are rejected as below, and UTF-16 as text.
 /// @throws std::runtime_error with the reason, without the path.
 class RegularFile {
  public:
-  explicit RegularFile(const std::filesystem::path& path);
+  explicit RegularFile(const std::filesystem::path& path, Content content = Content::kText);
   RegularFile(const RegularFile&) = delete;
   RegularFile& operator=(const RegularFile&) = delete;
   ~RegularFile();
@@ -33,9 +36,10 @@ class RegularFile {
 /// Set-up. The rest of the file, at most `limit_bytes`. @throws std::runtime_error likewise.
 std::string read_whole(const RegularFile& file, std::size_t limit_bytes);
 
-/// Set-up. The whole text of a regular file of at most `limit_bytes`. Anything else of that name, such as a
-/// pipe, a device or an endless file of the kernel, is rejected without waiting.
+/// Set-up. The whole content of a regular file of at most `limit_bytes`. Anything else of that name, such as
+/// a pipe, a device or an endless file of the kernel, is rejected without waiting.
 /// @throws std::runtime_error with the reason, without the path.
-std::string read_regular_file(const std::filesystem::path& path, std::size_t limit_bytes);
+std::string read_regular_file(const std::filesystem::path& path, std::size_t limit_bytes,
+                              Content content = Content::kText);
 
 }  // namespace runtime

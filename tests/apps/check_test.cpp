@@ -275,7 +275,7 @@ TEST(CheckCommand, ChecksWhatItWouldServe) {
   const support::CommandResult result = support::run_command(
       kCheck + "--allow-non-rt --page 192.0.2.1:8765 --control " + (folder / "none/s").string());
   EXPECT_EQ(result.exit_code, 3) << result.output;
-  EXPECT_TRUE(result.said("FAIL  control: ")) << result.output;
+  EXPECT_TRUE(result.said("FAIL  control socket ")) << result.output;
   EXPECT_TRUE(result.said("FAIL  page at 192.0.2.1:8765: ")) << result.output;
 }
 

@@ -85,6 +85,10 @@ TEST_F(ExportLerobot, WrongUsageIsRefusedAndLeavesNothingBehind) {
   // The first one is in order, the second is not.
   refused("lerobot a.csv wheel.csv set", "wheel.csv: is no recording of a teleoperation");
   refused("lerobot a.csv ./a.csv set", "./a.csv is given twice");
+  fs::create_directory(folder_ / "run");
+  recording("run/teleoperation.csv", 1000);
+  refused("lerobot run run/teleoperation.csv set", "run/teleoperation.csv is given twice");
+  fs::remove_all(folder_ / "run");
   refused("lerobot a.csv missing.mcap set", "missing.mcap");
   EXPECT_EQ(entries(), before);
   EXPECT_EQ(ctl("lerobot a.csv a.csv/set").exit_code, 3) << "no directory";

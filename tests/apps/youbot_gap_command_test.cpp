@@ -256,7 +256,7 @@ TEST_F(GapCommand, RefusesMistakesOfTheCommandLine) {
   EXPECT_TRUE(said("pipe.csv: is not a regular file")) << output_;
   EXPECT_FALSE(fs::exists(directory_ / "out" / "gap.json"));
   EXPECT_EQ(run("--data " + data + " export urdf " + base_ + " --out " + path("exported")), 2);
-  EXPECT_TRUE(said("goes after 'export'")) << output_;
+  EXPECT_TRUE(said("stands before 'export'")) << output_;
   EXPECT_EQ(run("--help"), 0);
   EXPECT_TRUE(said("Exit codes: 0 ")) << output_;
 }

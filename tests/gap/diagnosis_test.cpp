@@ -139,6 +139,23 @@ TEST(Diagnosis, AnEncoderOnTheMotorsShaftIsCountedThroughItsTurns) {
   }
 }
 
+TEST(Diagnosis, NeitherNoiseAtRestNorStraysAreTurns) {
+  Source source = healthy();
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> noise(0, 1e-3);
+  remove(source, "velocity_rad_per_s");
+  for (double& p : column(source, "position_rad")) p = 1 + noise(random);
+  EXPECT_FALSE(contains(refusal(source), "within one turn")) << refusal(source);
+
+  Source strays = healthy();
+  std::vector<double>& position = column(strays, "position_rad");
+  for (double& p : position) p += 100;
+  for (const std::size_t at : {1777U, 3777U, 5777U, 7777U}) position[at] = 0;
+  const std::string text = noticed(diagnose({strays}, base()));
+  EXPECT_FALSE(contains(text, "within one turn")) << text;
+  EXPECT_TRUE(contains(text, "4 (0.04 %) of the values are off the way")) << text;
+}
+
 TEST(Diagnosis, AJumpOfPositionAndALongHoleDivideARecording) {
   Source source = healthy();
   std::vector<double>& position = column(source, "position_rad");
@@ -244,6 +261,15 @@ TEST(Diagnosis, ATorqueWithoutNoiseThatStaysDidNotStop) {
     torque[i] = std::abs(command) < 0.1 ? 0.0 : command;
   }
   EXPECT_FALSE(contains(noticed(diagnose({source}, base())), "torque_measured_Nm stays"));
+
+  std::vector<double> command;
+  for (std::size_t i = 0; i < torque.size(); ++i) {
+    command.push_back(0.3 * std::sin(1e-3 * static_cast<double>(i)));
+    torque[i] = std::abs(command[i]) < 0.2 ? 0.0 : command[i];
+  }
+  source.recording.columns.push_back({"torque_command_Nm", command});
+  EXPECT_FALSE(contains(noticed(diagnose({source}, base())), "torque_measured_Nm stays"))
+      << "a wide dead-band";
 }
 
 TEST(Diagnosis, ACoarseEncoderIsNotHeld) {

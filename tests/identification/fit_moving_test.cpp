@@ -94,7 +94,7 @@ TEST(IdentifyMoving, IntervalsHoldTheTruth) {
   for (const int count : covered) EXPECT_GE(count, 52);
 }
 
-/// Half a row early to a few rows late, as recorders write it.
+/// From a row early to a few rows late, as recorders write it.
 TEST(IdentifyMoving, ATorqueThatIsLateBiasesNothing) {
   const Truth truth;
   for (const int late : {-1, 1, 3}) {
