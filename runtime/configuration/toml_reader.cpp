@@ -328,7 +328,8 @@ bool TomlTable::has(std::string_view key) const { return node_->table.contains(k
 
 std::string TomlTable::written(std::string_view key) const {
   std::ostringstream text;
-  if (const toml::node* found = node_->table.get(key)) text << toml::toml_formatter(*found);
+  // As JSON: the library's TOML formatter converts -1.0 to an unsigned number, which is undefined.
+  if (const toml::node* found = node_->table.get(key)) text << toml::json_formatter(*found);
   return text.str();
 }
 

@@ -96,7 +96,7 @@ class TomlTable {
   bool is_set(std::string_view key) const;
   /// Whether there is such a key or table; does not count as reading it.
   bool has(std::string_view key) const;
-  /// The value or table as normalized TOML, to compare two files; empty if there is none. Does not count as
+  /// The value or table in a normal form, to compare two files; empty if there is none. Does not count as
   /// reading it.
   std::string written(std::string_view key) const;
   /// Whether it is empty; does not count as reading it.
