@@ -65,9 +65,10 @@ export async function enable(page) {
   for (let running = false; !running;) {
     await clear();
     await click(page, '#enable');
+    const missed = Date.now() + 10_000;  // the button may have moved under the pointer
     await until(async () => {
       running = /^velocity: running, commanded by the page at /.test(await state(page));
-      return running || refused();
+      return running || await refused() || Date.now() > missed;
     }, Boolean);
   }
 }

@@ -119,8 +119,14 @@ try {
     await enable(browser);
     await until(() => shown(browser, 'drive'), Boolean);
     const before = await until(x_m, Number.isFinite);
-    await point(browser, '[data-drive="1 0 0"]', 'mousePressed');
-    await until(x_m, turned => Math.abs(turned - before) > 1);
+    // The page may still move under the pointer: it presses again until the base drives.
+    await until(async () => {
+      await point(browser, '[data-drive="1 0 0"]', 'mousePressed');
+      for (const end = Date.now() + 3000; Date.now() < end;)
+        if (Math.abs(await x_m() - before) > 1) return true;
+      await point(browser, '[data-drive="1 0 0"]', 'mouseReleased');
+      return false;
+    }, Boolean);
     await photograph(browser, join(folder, 'phone.png'));
     await point(browser, '[data-drive="1 0 0"]', 'mouseReleased');
   });
