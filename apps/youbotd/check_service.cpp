@@ -25,9 +25,9 @@ struct EmptySite final : live::Site {
 }  // namespace
 
 Finding check_control(const std::filesystem::path& socket) {
-  NoListener nobody;
+  NoListener deaf;
   try {
-    const ControlServer tried(socket, nobody);
+    const ControlServer tried(socket, deaf);
   } catch (const hal::SetupError& error) {
     return {Mark::kFail, error.what()};
   }
