@@ -174,8 +174,8 @@ void add_rejected(report::Page& page, const Findings& findings) {
                     std::string(model::effects::effect_description(rejected.type).shows), rejected.gap_after,
                     100 * (1 - rejected.gap_after / result.gap_searched_Nm), rejected.reason});
   page.heading("What was tried without success");
-  page.text("Added to the final model, none of these takes away enough of the " +
-            number_text(result.gap_searched_Nm, "N·m") + " of the data searched to be more than chance.");
+  page.text("None of these takes away enough of the " + number_text(result.gap_searched_Nm, "N·m") +
+            " of the data searched to be more than chance.");
   page.table({{"effect"}, {"how it would show"}, {"gap with it", "N·m"}, {"less by", "%", 1}, {"why not"}},
              rows, "Effects tried and rejected");
 }

@@ -44,8 +44,8 @@ std::string rejected_text(const identification::gap::Result& result) {
   for (const identification::gap::RejectedEffect& rejected : result.rejected)
     if (rejected.gap_after < kWorthMentioning * result.gap_searched_Nm)
       text += fmt::format(
-          "  - {} not added, though it takes away {:.2g} % of the squared residual of the data searched: "
-          "{}\n",
+          "  - {} not added, though it took away {:.2g} % of the squared residual searched where it was "
+          "tried: {}\n",
           effect_words(rejected.type), 100 * (1 - std::pow(rejected.gap_after / result.gap_searched_Nm, 2)),
           rejected.reason);
   return text;

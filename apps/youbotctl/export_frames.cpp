@@ -188,7 +188,7 @@ class Resampler {
     const float norm = std::hypot(std::hypot(q[0], q[1]), std::hypot(q[2], q[3]));
     if (std::abs(norm - 1) > kNormTolerance)
       throw std::invalid_argument(
-          fmt::format("{} to {} are no rotation at {:.3f} s: their norm is {:.4f}, expected 1", *w, w[3],
+          fmt::format("{} to {} are not a rotation at {:.3f} s: their norm is {:.4f}, expected 1", *w, w[3],
                       next_frame_s(), norm));
     float along = q[0];
     if (begin > 0) {

@@ -25,9 +25,9 @@ struct EmptySite final : live::Site {
 }  // namespace
 
 Finding check_control(const std::filesystem::path& socket) {
-  NoListener deaf;
+  NoListener listener;
   try {
-    const ControlServer tried(socket, deaf);
+    const ControlServer tried(socket, listener);
   } catch (const hal::SetupError& error) {
     return {Mark::kFail, error.what()};
   }

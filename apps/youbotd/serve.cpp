@@ -118,6 +118,8 @@ void serve(const ServeOptions& options, const std::atomic<bool>& stop) {
     runtime::run_loop(
         clock, config.cycle.period, service.loop(),
         [&](std::chrono::nanoseconds) {
+          // At once, even if the other thread, which ends the program, is held up.
+          if (stop.load(std::memory_order_relaxed)) service.loop().rest();
           return leave.load(std::memory_order_relaxed) || left.stop_requested();
         },
         [&](const runtime::CycleTimes& /*times*/) { service.loop().keep(); }, statistics);

@@ -18,7 +18,7 @@ void ServedLoop::step(std::chrono::nanoseconds now) noexcept {
 
 void ServedLoop::call_off() noexcept {
   // A run that has ended by itself needs no orders.
-  report_.unheard = report_.unheard || (!ending_ && !orders_.stop && !orders_.off && !run_->finished());
+  report_.unheard = report_.unheard || (!resting_ && !orders_.stop && !orders_.off && !run_->finished());
   run_->request_stop();
 }
 
@@ -27,7 +27,7 @@ void ServedLoop::heed(std::chrono::nanoseconds now) noexcept {
   report_.heard = orders_.serial;
   // As of the previous step: a pause of this loop is not silence of the other thread.
   const bool heard = last_order_ && last_step_ - *last_order_ <= silence_;
-  const bool wanted = heard && !ending_ && !orders_.stop && !orders_.off;
+  const bool wanted = heard && !resting_ && !orders_.stop && !orders_.off;
   if (run_ == nullptr && wanted && orders_.run != nullptr && orders_.number > number_) {
     run_ = orders_.run;
     number_ = orders_.number;

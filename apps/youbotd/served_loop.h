@@ -51,8 +51,10 @@ class ServedLoop {
 
   // Cycle.
   void step(std::chrono::nanoseconds now) noexcept;
-  /// Ends the current run, then the loop.
-  void request_stop() noexcept { ending_ = true; }
+  /// From now on: brings the current run to rest and begins no other. The loop goes on.
+  void rest() noexcept { resting_ = true; }
+  /// Likewise, and ends the loop after it.
+  void request_stop() noexcept { resting_ = ending_ = true; }
   bool finished() const noexcept { return ending_ && run_ == nullptr; }
   runtime::CycleTimes& record() noexcept { return times_; }
   /// After step(), once `record()` is complete.
@@ -80,6 +82,7 @@ class ServedLoop {
   runtime::CycleTimes times_;
   hal::RobotSample robot_sample_;
   hal::HapticSample master_sample_;
+  bool resting_ = false;
   bool ending_ = false;
 };
 

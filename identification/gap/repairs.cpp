@@ -55,7 +55,7 @@ constexpr double kTurnsOfNoise = 0.25;
 /// smallest changes.
 constexpr double kMeanwhile = 0.05;
 constexpr double kMeanwhileChanges = 10;
-/// Share of its size by which a command changes within a dead-band of that size, from end to end.
+/// Within a dead-band of ±its usual size, a command changes by at most this many times that size.
 constexpr double kBeyondDeadband = 2;
 /// A velocity that leads this far, while the position is constant, contradicts it.
 constexpr double kWay_rad = 0.1;
@@ -280,11 +280,13 @@ void unwrap_position(Source& source, Diagnoses& diagnoses) {
   if (position == nullptr || position->size() < kMinRowsOfPart) return;
   const std::vector<double> steps = steps_of(*position);
   const std::vector<double> usual = medians_of_five(steps);
+  const std::vector<double> times_s = steps_of(source.recording.column("time_s"));
+  const double longest_s = kBridgedPeriods * fit::median(times_s);
   const auto [lowest, highest] = std::ranges::minmax(*position);
   std::vector<std::size_t> wraps;
   std::vector<double> turns_rad;
   for (std::size_t i = 0; i < steps.size(); ++i) {
-    if (std::abs(steps[i]) <= (highest - lowest) / 2) continue;
+    if (std::abs(steps[i]) <= (highest - lowest) / 2 || times_s[i] > longest_s) continue;
     wraps.push_back(i);
     // Near rest at the edge of a turn, noise wraps it back and forth.
     if (steps[i] * usual[i] < 0) turns_rad.push_back(std::abs(steps[i] - usual[i]));

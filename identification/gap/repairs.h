@@ -21,7 +21,7 @@ void drop_dead_columns(Source& source, Diagnoses& diagnoses);
 void drop_held_torque(Source& source, Diagnoses& diagnoses);
 
 /// A position whose jumps span its whole range, against the motion, is of an encoder that counts within one
-/// turn of its own shaft: the turns are counted on. Three jumps or more.
+/// turn of its own shaft: the turns are counted on. Three jumps or more, none of them over a hole in time.
 void unwrap_position(Source& source, Diagnoses& diagnoses);
 
 /// Unwraps single jumps of a whole turn and interpolates single outliers of position.

@@ -218,7 +218,7 @@ TEST_F(ExportFrames, WhatIsNoDemonstrationIsRefusedWithAReason) {
                 .find("tip_x_m is not a number at 0.500 s"),
             std::string::npos);
   EXPECT_NE(refusal(record(1.0, {{"tip_qw", [](double) { return 0.0; }}}))
-                .find("tip_qw to tip_qz are no rotation at 0.000 s: their norm is 0.0000, expected 1"),
+                .find("tip_qw to tip_qz are not a rotation at 0.000 s: their norm is 0.0000, expected 1"),
             std::string::npos);
   EXPECT_NE(refusal(folder_.write("wheel.csv", "# youbot recording v1\ntime_s,position_rad\n0,1\n"))
                 .find("wheel.csv: is no recording of a teleoperation: it has no column phase"),

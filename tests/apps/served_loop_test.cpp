@@ -258,6 +258,23 @@ TEST_F(ServedLoopTest, ItsReportSaysWhichOrdersItFollows) {
   EXPECT_TRUE(report.master.ok());
 }
 
+TEST_F(ServedLoopTest, RestsWithoutAnOrderAndGoesOn) {
+  begin();
+  loop.rest();
+  cycle();
+  EXPECT_TRUE(run.stopping);
+  cycle(5);
+  EXPECT_EQ(report.ended, 1U);
+  EXPECT_FALSE(report.unheard);
+  ScriptedRun next;
+  loop.order({.number = 2, .run = &next});
+  cycle();
+  EXPECT_EQ(next.steps, 0) << "no other begins";
+  EXPECT_EQ(report.ended, 2U);
+  EXPECT_GT(robot.exchanges, 0) << "the bus stays alive";
+  EXPECT_FALSE(loop.finished());
+}
+
 TEST_F(ServedLoopTest, EndsOnlyAfterTheRunHasComeToRest) {
   begin();
   loop.request_stop();
