@@ -55,20 +55,28 @@ export async function click(page, selector) {
   await point(page, selector, 'mouseReleased');
 }
 
-// A page that a busy machine kept silent for 0.5 s is asked to enable again.
-export async function enable(page) {
-  const clear = () => page.evaluate(() => { document.getElementById('message').hidden = true; });
-  const refused = () => page.evaluate(() => {
-    const line = document.getElementById('message');
-    return !line.hidden && line.textContent.includes('send it again');
-  });
-  for (let running = false; !running;) {
-    await clear();
-    await click(page, '#enable');
-    const missed = Date.now() + 10_000;  // the button may have moved under the pointer
-    await until(async () => {
-      running = /^velocity: running, commanded by the page at /.test(await state(page));
-      return running || await refused() || Date.now() > missed;
-    }, Boolean);
-  }
+// Repeats what a busy machine makes the page or youbotd refuse: the button may have moved under the pointer, and a page
+// that was silent for 0.5 s is asked to send its request again.
+async function insist(page, act, reached) {
+  await until(async () => {
+    await act();
+    let seen;
+    for (const end = Date.now() + 5000; Date.now() < end; await new Promise(resolve => setTimeout(resolve, 20))) {
+      seen = await page.evaluate(() => ({state: document.getElementById('state').textContent,
+        mode: document.getElementById('mode').value, message: document.getElementById('message').textContent}));
+      if (reached(seen) || seen.message !== '') break;
+    }
+    return seen;
+  }, reached);
+}
+
+export async function enable(page, mode) {
+  await insist(page, () => page.evaluate(wanted => {
+    const list = document.getElementById('mode');
+    list.value = wanted;
+    list.dispatchEvent(new Event('change'));
+    list.value = '';  // until a status selects the mode of youbotd
+  }, mode), seen => seen.mode === mode);
+  await insist(page, () => click(page, '#enable'),
+    seen => seen.state.startsWith(`${mode}: running, commanded by the page at `));
 }

@@ -297,16 +297,11 @@ class Commander {
     };
   }
 
-  // Only over a connection that takes it at once: what waits would come too late.
-  send(request) {
-    const usable = connected && this.socket.readyState === WebSocket.OPEN && this.socket.bufferedAmount === 0;
-    if (usable) this.socket.send(request);
-    return usable;
-  }
-
+  // youbotd refuses an enable that may have waited in the network (freshness.h).
   ask(request) {
-    complain('');
-    if (!this.send(request)) complain('No connection to youbotd: try again.');
+    const usable = connected && this.socket.readyState === WebSocket.OPEN;
+    complain(usable ? '' : 'No connection to youbotd: try again.');
+    if (usable) this.socket.send(request);
   }
 
   commands() {
@@ -314,10 +309,11 @@ class Commander {
   }
 
   // The commander's sign of life. A page that is hidden or gets no data gives none, and the robot comes to rest.
+  // None waits for the connection: it would come too late.
   beat() {
-    if (!this.name || document.hidden || !is_fresh()) return;
+    if (!this.name || document.hidden || !is_fresh() || this.socket.bufferedAmount > 0) return;
     const drives = this.drive && this.commands() && status.phase === 'running';
-    this.send(drives ? `set velocity ${this.drive.join(' ')}` : 'alive');
+    this.socket.send(drives ? `set velocity ${this.drive.join(' ')}` : 'alive');
   }
 }
 
