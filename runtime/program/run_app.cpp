@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -37,6 +38,15 @@ const CLI::App& given_command(const CLI::App& app) {
   return commands.empty() ? app : given_command(*commands.front());
 }
 
+/// A path where a command or nothing was expected: most often one more value after an option with one.
+std::optional<CLI::ExtrasError> stray_path(const std::string& given) {
+  std::error_code unreadable;
+  if (!std::filesystem::exists(given, unreadable)) return std::nullopt;
+  return CLI::ExtrasError(
+      "'" + given + "' is a file or directory without its option: write the option before it",
+      CLI::ExitCodes::ExtrasError);
+}
+
 /// For a misspelled command, the library only reports that a command is missing.
 std::optional<CLI::ExtrasError> unknown_command(const CLI::App& app) {
   const auto commands = app.get_subcommands([](const CLI::App*) { return true; });
@@ -51,6 +61,7 @@ std::optional<CLI::ExtrasError> unknown_command(const CLI::App& app) {
     list += (list.empty() ? "" : ", ") + command->get_name();
   }
   const std::string& given = left_over.front();
+  if (auto stray = stray_path(given)) return stray;
   return CLI::ExtrasError(
       "There is no command '" + given + "'" + suggestion(given, names) + "\nCommands: " + list,
       CLI::ExitCodes::ExtrasError);
@@ -62,8 +73,10 @@ std::optional<CLI::ExtrasError> unknown_argument(const CLI::App& app) {
   const std::vector<std::string> left_over = app.remaining(/*recurse=*/true);
   if (left_over.empty()) return std::nullopt;
   const std::string given = left_over.front().substr(0, left_over.front().find('='));
-  if (!given.starts_with('-'))
+  if (!given.starts_with('-')) {
+    if (auto stray = stray_path(given)) return stray;
     return CLI::ExtrasError("The argument '" + given + "' is not expected", CLI::ExitCodes::ExtrasError);
+  }
   Names names;
   for (const CLI::App* at : {&app, &given_command(app)})
     for (const CLI::Option* option : at->get_options())

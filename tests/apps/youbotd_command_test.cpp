@@ -112,6 +112,12 @@ TEST(YoubotdCommand, AMisspelledOptionIsNamedBeforeTheOneThatIsMissing) {
   EXPECT_EQ(misspelled.exit_code, 2);
   EXPECT_TRUE(misspelled.said("There is no command 'staus'; did you mean 'status'?\nCommands: status, "))
       << misspelled.output;
+  for (const char* program : {"youbot-gap", "youbotd"}) {  // with commands and without
+    const Result stray = Process({support::program(program), kDemo}).finish();
+    EXPECT_EQ(stray.exit_code, 2);
+    EXPECT_TRUE(stray.said("is a file or directory without its option: write the option before it"))
+        << stray.output;
+  }
 }
 
 TEST(YoubotdCommand, WrongUseAndWrongConfigurationExitWithTwo) {
