@@ -16,8 +16,10 @@ constexpr double kMinSteps = 2;
 constexpr double kAboveNoise = 1.5;
 /// Minimum share of the squared held-out residual that an effect must remove,
 constexpr double kWorthwhileGain = 0.02;
-/// and of its part above the noise if the effect's size may be zero.
+/// and of its part above the noise if the effect's size may be zero,
 constexpr double kMuch = 0.3;
+/// or if twice its interval contains zero: what is not in the model leans on whatever resembles it.
+constexpr double kSome = 0.2;
 
 /// Share of its size by which an effect may differ between both halves of the data, unless the difference is
 /// within this many standard deviations.
@@ -80,7 +82,10 @@ class Confirmation {
     const double share = (square_without - square_) / (square_without - noise);
     if (judges && square_without < (1 + kWorthwhileGain) * square_)
       return "the held-out recordings are predicted hardly better with it";
-    if (!may_be_none(i)) return "";
+    if (judges && share < kSome && may_be_none(i, 2))
+      return "its size is uncertain, and most is left over with it, too";
+    if (!may_be_none(i, 1)) return "";
+    if (effect == "presliding") return "its stiffness may as well be zero";
     if (judges && share < kMuch) return "its size may as well be zero, and most is left over with it, too";
     if (gives(effect) && gives_otherwise(i))
       return "its size may as well be zero, and something else that gives is in the model";
@@ -90,7 +95,7 @@ class Confirmation {
   /// The i-th addition is an elasticity or a backlash of undetermined size.
   bool is_either(std::size_t i) const {
     const std::string_view effect = result_.added[i].effect;
-    return (effect == "elasticity" || effect == "backlash") && may_be_none(i);
+    return (effect == "elasticity" || effect == "backlash") && may_be_none(i, 1);
   }
 
   /// For the present result.
@@ -146,12 +151,14 @@ class Confirmation {
     }
     return true;
   }
-  bool may_be_none(std::size_t i) const {
+  /// Whether each size of the i-th addition may be zero, by its interval times `widened`.
+  bool may_be_none(std::size_t i, double widened) const {
     return std::ranges::all_of(kSizes, [&](const Size& size) {
       if (size.effect != result_.added[i].effect) return true;
       const fit::Estimate& estimate = parameter(i, size.parameter);
       const double none = none_at(size, result_.fitted.model);
-      return estimate.lower <= none && none <= estimate.upper;
+      const auto end = [&](double of) { return estimate.value + widened * (of - estimate.value); };
+      return end(estimate.lower) <= none && none <= end(estimate.upper);
     });
   }
   /// Another harmonic of a confirmed cogging: one cause has several.
