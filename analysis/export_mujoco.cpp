@@ -156,7 +156,8 @@ std::string tendon(const Mechanics& mechanics, double timestep_s) {
     // In the direct format of solref: stiffness and damping for the reduced inertia.
     const double rad_per_s = 2 * std::numbers::pi * mechanics.flank_Hz;
     const double loss = std::min(mechanics.flank_loss_s_per_rad * kImpact_rad_per_s, 0.9);
-    const double ratio = -std::log(1 - loss) / std::hypot(std::numbers::pi, std::log(1 - loss));
+    const double ratio =
+        mechanics.flank_damping_ratio - std::log(1 - loss) / std::hypot(std::numbers::pi, std::log(1 - loss));
     const double damping_per_s = std::min(2 * ratio * rad_per_s, kStableDamping / timestep_s);
     text +=
         fmt::format(R"( limited="true" range="{} {}" solreflimit="-{} -{}" solimplimit="0.999 0.999 0.001")",

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <span>
 
 namespace identification::gap {
@@ -16,7 +17,14 @@ constexpr int kMaxTours = 20;
 constexpr std::array kStartsWider{0.8, 0.9, 1.0, 1.12, 1.25, 1.4, 1.6, 1.8, 2.0};
 constexpr std::array kStartShares{0.3, 0.45};
 constexpr std::array kStartFrictionRatios{0.7, 1.3};
-constexpr std::array kStartLosses_s_per_rad{1.0, 3.0};
+/// Of the speed with which the flanks collide: a loss that grows with it, or the same share at each.
+struct Rebound {
+  double impact_loss_s_per_rad;
+  double damping_ratio;
+};
+/// The fit does not find from one kind to the other.
+constexpr std::array kLossAtSpeed{Rebound{1, 0}, Rebound{3, 0}};
+constexpr std::array kSameShare{Rebound{0, 0.1}, Rebound{0, 0.4}};
 
 using Direction = std::span<const model::effects::NamedValue>;  // a parameter and its power of the step
 
@@ -25,7 +33,8 @@ constexpr std::array kRubsMore{model::effects::NamedValue{"friction_ratio", 1}};
 /// The load's friction is unchanged.
 constexpr std::array kHeavier{model::effects::NamedValue{"load_share", 1},
                               model::effects::NamedValue{"friction_ratio", -1}};
-constexpr std::array kBouncesLess{model::effects::NamedValue{"impact_loss_s_per_rad", 2}};
+constexpr std::array kBouncesLess{model::effects::NamedValue{"impact_loss_s_per_rad", 2},
+                                  model::effects::NamedValue{"damping_ratio", 2}};
 constexpr std::array<Direction, 4> kDirections{kWider, kHeavier, kRubsMore, kBouncesLess};
 
 /// `fitted` with each parameter of its gap changed by `change`.
@@ -54,18 +63,20 @@ double square_of(const FittedModel& fitted, const Rows& rows, const std::vector<
 }
 
 /// The best of a coarse grid, by predictions only.
-FittedModel best_start(const FittedModel& fitted, const Rows& rows, const std::vector<Eigen::Index>& use) {
+FittedModel best_start(const FittedModel& fitted, const Rows& rows, const std::vector<Eigen::Index>& use,
+                       std::span<const Rebound> rebounds) {
   FittedModel best = fitted;
   double least = square_of(best, rows, use);
   for (const double wider : kStartsWider)
     for (const double share : kStartShares)
       for (const double ratio : kStartFrictionRatios)
-        for (const double loss : kStartLosses_s_per_rad) {
+        for (const Rebound& rebound : rebounds) {
           FittedModel trial = with_gap(fitted, rows, [&](const FreeParameter& p) {
-            return p.name == "gap_rad"          ? wider * p.value
-                   : p.name == "load_share"     ? share
-                   : p.name == "friction_ratio" ? ratio
-                                                : loss;
+            return p.name == "gap_rad"                 ? wider * p.value
+                   : p.name == "load_share"            ? share
+                   : p.name == "friction_ratio"        ? ratio
+                   : p.name == "impact_loss_s_per_rad" ? rebound.impact_loss_s_per_rad
+                                                       : rebound.damping_ratio;
           });
           const double left = square_of(trial, rows, use);
           if (!(left < least)) continue;
@@ -101,7 +112,16 @@ FittedModel explored(const FittedModel& fitted, const Rows& rows, const std::vec
 FittedModel refined_widely(const FittedModel& fitted, const Rows& rows,
                            const std::vector<Eigen::Index>& use) {
   if (fitted.model.find<model::effects::Backlash>() == nullptr) return refined(fitted, rows, use);
-  return refined(explored(best_start(fitted, rows, use), rows, use), rows, use);
+  FittedModel best;
+  double least = std::numeric_limits<double>::infinity();
+  for (const std::span<const Rebound> rebounds : {std::span(kLossAtSpeed), std::span(kSameShare)}) {
+    FittedModel trial = refined(explored(best_start(fitted, rows, use, rebounds), rows, use), rows, use);
+    const double left = square_of(trial, rows, use);
+    if (!(left < least)) continue;
+    best = std::move(trial);
+    least = left;
+  }
+  return best;
 }
 
 }  // namespace identification::gap

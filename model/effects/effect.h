@@ -77,20 +77,24 @@ struct Mechanics {
   double load_share = 0;            ///< of inertia, behind gap and spring
   double friction_ratio = 1;        ///< share of friction behind them, over that of inertia
   double flank_loss_s_per_rad = 0;  ///< α: flanks that collide at a low speed v separate at (1 − α·v)·v
+  double flank_damping_ratio = 0;   ///< ζ of that resonance: flanks lose the same share at each speed
   double flank_Hz = 150;            ///< resonance of both masses on a flank of the gap
   bool two_masses() const noexcept { return backlash_rad > 0 || shaft_Nm_per_rad > 0; }
   /// Clamped so that each mass has some friction.
   double friction_share() const noexcept { return std::clamp(friction_ratio * load_share, 1e-3, 1 - 1e-3); }
   /// Torque from motor to load over a step on a flank with the compression `pressed_rad`, of either sign,
-  /// which grows while `rate_rad_per_s` has the same sign: k·δ·(1 + 3/2·α·dδ/dt), never pulling. At most the
-  /// torque that stops one body on the other: flanks that collide fast lose all their speed within a step.
-  /// [K. H. Hunt, F. R. E. Crossley, J. Applied Mechanics 42:440, 1975]
+  /// which grows while `rate_rad_per_s` has the same sign: k·δ·(1 + 3/2·α·dδ/dt) + 2ζ·√(k·J)·dδ/dt, never
+  /// pulling. At most the torque that stops one body on the other: flanks that collide fast lose all their
+  /// speed within a step. [α: K. H. Hunt, F. R. E. Crossley, J. Applied Mechanics 42:440, 1975]
   double flank_Nm(double pressed_rad, double rate_rad_per_s, double step_s) const noexcept {
     const double closing = pressed_rad < 0 ? -rate_rad_per_s : rate_rad_per_s;
     const double spring_Nm = flank_Nm_per_rad() * pressed_rad;
     const double stops_Nm = reduced_inertia_kg_m2() / step_s * std::abs(rate_rad_per_s);
     const double most_Nm = std::abs(spring_Nm) + stops_Nm;
-    return std::clamp(spring_Nm * std::max(1 + 1.5 * flank_loss_s_per_rad * closing, 0.0), -most_Nm, most_Nm);
+    const double pressing_Nm =
+        std::abs(spring_Nm) * (1 + 1.5 * flank_loss_s_per_rad * closing) +
+        2 * flank_damping_ratio * reduced_inertia_kg_m2() * 2 * std::numbers::pi * flank_Hz * closing;
+    return std::copysign(std::clamp(pressing_Nm, 0.0, most_Nm), pressed_rad);
   }
   double reduced_inertia_kg_m2() const noexcept { return inertia_kg_m2 * load_share * (1 - load_share); }
   double flank_Nm_per_rad() const noexcept {

@@ -83,6 +83,7 @@ struct BacklashParameters {
   double load_share = 0.3;           ///< of inertia, behind the gap
   double friction_ratio = 1;         ///< share of friction behind the gap, over that of inertia
   double impact_loss_s_per_rad = 2;  ///< α: flanks that collide at a low speed v separate at (1 − α·v)·v
+  double damping_ratio = 0;          ///< ζ: flanks that collide lose the same share at each speed
   double flank_Hz = 150;             ///< resonance of both masses on a flank; not fitted
 };
 
@@ -97,6 +98,7 @@ class Backlash : public WithParameters<Backlash, BacklashParameters> {
        {"load_share", member<&BacklashParameters::load_share>, 0.01, 0.99},
        {"friction_ratio", member<&BacklashParameters::friction_ratio>, 0, 20},
        {"impact_loss_s_per_rad", member<&BacklashParameters::impact_loss_s_per_rad>, 0, 1e4},
+       {"damping_ratio", member<&BacklashParameters::damping_ratio>, 0, 1},
        {"flank_Hz", member<&BacklashParameters::flank_Hz>, 20, 2000}});
   using WithParameters::WithParameters;
 
@@ -105,6 +107,7 @@ class Backlash : public WithParameters<Backlash, BacklashParameters> {
     mechanics.load_share = parameters_.load_share;
     mechanics.friction_ratio = parameters_.friction_ratio;
     mechanics.flank_loss_s_per_rad = parameters_.impact_loss_s_per_rad;
+    mechanics.flank_damping_ratio = parameters_.damping_ratio;
     mechanics.flank_Hz = parameters_.flank_Hz;
   }
 };

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 namespace identification::gap {
 namespace gap_between_flanks_test {
@@ -49,6 +50,25 @@ TEST(BetweenFlanks, AnImpactKeepsItsMomentumAndLosesWhatItSays) {
     EXPECT_NEAR(flank, kShare * kInertia * masses.load_rad_per_s(), 1e-12);
     EXPECT_FALSE(masses.in_contact());
   }
+}
+
+// A spring with a damper that never pulls: the restitution is the same at each speed, within the size of the
+// steps. [T. Schwager, T. Pöschel, Granular Matter 9:465, 2007, eq. 21]
+TEST(BetweenFlanks, ADampedFlankLosesTheSameShareAtEachSpeed) {
+  for (const double ratio : {0.1, 0.5})
+    for (const double closing : {0.05, 0.4}) {
+      model::effects::Mechanics mechanics = gap(0);
+      mechanics.flank_damping_ratio = ratio;
+      BetweenFlanks masses(mechanics, 1e-6, 0, 0);
+      const double step_s = BetweenFlanks::longest_step_s(mechanics);
+      masses.bounce({(1 - kShare) * kInertia * closing / step_s, 0, 0}, kNoFriction, step_s);
+      bounce(masses, mechanics, {0, 0, 0}, 0.008 / closing);  // there, and most of the way back
+      const double damped = std::sqrt(1 - ratio * ratio);
+      const double touching = std::numbers::pi - std::atan(2 * ratio * damped / (1 - 2 * ratio * ratio));
+      const double restitution = std::exp(-ratio / damped * touching);
+      EXPECT_NEAR((masses.load_rad_per_s() - masses.motor_rad_per_s()) / closing, restitution, 0.07)
+          << ratio << " at " << closing;
+    }
 }
 
 TEST(BetweenFlanks, WhatIsPressedTogetherMovesAsOneMass) {
