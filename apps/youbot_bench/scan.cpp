@@ -18,6 +18,7 @@
 #include "drivers/tmcl/youbot_topology.h"
 #include "runtime/program/exit_code.h"
 #include "runtime/program/json_output.h"
+#include "runtime/program/printable.h"
 
 namespace youbot_bench {
 namespace {
@@ -81,8 +82,8 @@ void print_text(const std::vector<ethercat::Slave>& slaves, const std::string& i
     std::string protocols;
     for (const std::string& name : protocols_of(slave)) protocols += (protocols.empty() ? "" : "+") + name;
     std::printf("%-4u %-14s 0x%08X 0x%08X 0x%08X %-8s %-12s %-10s %-9s %s\n", slave.position,
-                slave.sii.name.c_str(), slave.sii.vendor, slave.sii.product, slave.sii.revision,
-                behind.c_str(), bytes.c_str(), mailbox.c_str(),
+                runtime::printable(slave.sii.name).c_str(), slave.sii.vendor, slave.sii.product,
+                slave.sii.revision, behind.c_str(), bytes.c_str(), mailbox.c_str(),
                 protocols.empty() ? "none" : protocols.c_str(),
                 slave.has_distributed_clock() ? "yes" : "none");
   }

@@ -24,6 +24,7 @@
 #include "runtime/log.h"
 #include "runtime/program/control_socket.h"
 #include "runtime/program/exit_code.h"
+#include "runtime/program/printable.h"
 #include "runtime/program/run_app.h"
 #include "runtime/program/stop_on_signals.h"
 
@@ -66,7 +67,7 @@ std::vector<std::string> texts(const json& status, const char* key) {
 /// A line for each item.
 void print(const json& status) {
   const auto line = [](const char* name, const std::string& what) {
-    if (!what.empty()) std::printf("%-10s %s\n", name, what.c_str());
+    if (!what.empty()) std::printf("%-10s %s\n", name, runtime::printable(what).c_str());
   };
   const auto numbers = [&](const char* name, const char* key, const char* unit) {
     const auto found = status.find(key);
@@ -216,7 +217,8 @@ int enable(const Arguments& arguments) {
     return runtime::kExitFault;
   }
   const std::string stopped = stopping ? "" : text(reply["status"], "stopped");
-  if (!arguments.quiet) std::printf("off%s%s\n", stopped.empty() ? "" : ": ", stopped.c_str());
+  if (!arguments.quiet)
+    std::printf("off%s%s\n", stopped.empty() ? "" : ": ", runtime::printable(stopped).c_str());
   return runtime::kExitOk;
 }
 

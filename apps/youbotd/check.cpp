@@ -12,6 +12,7 @@
 #include "operation/teleop_task.h"
 #include "runtime/open_haptic.h"
 #include "runtime/open_robot.h"
+#include "runtime/program/printable.h"
 #include "runtime/program/wording.h"
 #include "runtime/robot_session.h"
 
@@ -97,8 +98,8 @@ std::string report(const Findings& findings, bool only_problems) {
   std::string text;
   for (const Finding& finding : findings) {
     if (only_problems && finding.mark == Mark::kOk) continue;
-    text += std::string(mark_text(finding.mark)) + "  " + finding.found + "\n";
-    if (!finding.remedy.empty()) text += "      " + finding.remedy + "\n";
+    text += std::string(mark_text(finding.mark)) + "  " + runtime::printable(finding.found) + "\n";
+    if (!finding.remedy.empty()) text += "      " + runtime::printable(finding.remedy) + "\n";
   }
   if (only_problems) return text;
   const auto count = [&](Mark mark) {

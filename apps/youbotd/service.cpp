@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <charconv>
 #include <exception>
 #include <future>
@@ -309,11 +308,7 @@ void Service::or_log_refusal(const Peer& peer, const Change& change) {
   try {
     change();
   } catch (const std::exception& error) {
-    std::string why = shortened(error.what());
-    // Keys and values come from outside, and a log consists of lines.
-    std::ranges::replace_if(
-        why, [](unsigned char c) { return std::iscntrl(c) != 0; }, '?');
-    spdlog::info("{} was refused a setting: {}", peer.name, why);
+    spdlog::info("{} was refused a setting: {}", peer.name, shortened(error.what()));
     throw;
   }
 }

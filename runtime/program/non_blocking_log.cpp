@@ -18,7 +18,7 @@
 #include <utility>
 
 #include "runtime/log.h"
-#include "runtime/program/log_pattern.h"
+#include "runtime/program/log_format.h"
 #include "runtime/program/wording.h"
 
 namespace runtime {
@@ -109,7 +109,7 @@ NonBlockingLog::NonBlockingLog(std::size_t queue_bytes)
     : former_(spdlog::default_logger()), sink_(std::make_shared<NonBlockingSink>(queue_bytes)) {
   auto logger = std::make_shared<spdlog::logger>(former_->name(), sink_);
   logger->set_level(former_->level());
-  logger->set_pattern(kLogPattern);
+  logger->set_formatter(log_format());
   spdlog::set_default_logger(std::move(logger));
 }
 

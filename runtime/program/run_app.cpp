@@ -20,7 +20,7 @@
 #include "runtime/program/bash_completion.h"
 #include "runtime/program/build_info.h"
 #include "runtime/program/exit_code.h"
-#include "runtime/program/log_pattern.h"
+#include "runtime/program/log_format.h"
 #include "runtime/program/manual_page.h"
 
 namespace runtime {
@@ -136,7 +136,7 @@ int run_app(CLI::App& app, int argc, char** argv, const std::function<int()>& bo
   const bool plain = no_color != nullptr && *no_color != '\0';
   spdlog::set_default_logger(plain ? spdlog::stderr_logger_st(app.get_name())
                                    : spdlog::stderr_color_st(app.get_name()));
-  spdlog::set_pattern(kLogPattern);
+  spdlog::set_formatter(log_format());
   try {
     return body();
   } catch (const ConfigError& error) {

@@ -491,6 +491,19 @@ TEST_F(Youbotctl, WhatIsWrongIsRefusedWithTheReason) {
   EXPECT_EQ(Process(daemon({"--virtual-time"})).finish().exit_code, 2);
 }
 
+TEST_F(Youbotctl, WhatAClientSendsReachesLogAndTerminalAsText) {
+  Process youbotd(daemon());
+  ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
+  const CommandResult refused = tell({"set", "limits.\x1b[2Jforce\xff_N", "4"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_TRUE(refused.said("limits.\\x1b[2Jforce")) << refused.output;
+  EXPECT_FALSE(refused.said("\x1b") || refused.said("\xff")) << refused.output;
+  EXPECT_TRUE(youbotd.wait_for("limits.\\x1b[2Jforce\\xff_N = 4"));
+  youbotd.signal(SIGTERM);
+  const CommandResult ended = youbotd.finish();
+  EXPECT_FALSE(ended.said("\x1b") || ended.said("\xff")) << ended.output;
+}
+
 TEST_F(Youbotctl, NoSettingGoesAboveAnyLimitOfTheFile) {
   Process youbotd(daemon());
   ASSERT_TRUE(youbotd.wait_for("waiting for commands"));

@@ -48,6 +48,13 @@ TEST_F(NonBlockingLogTest, ALineIsThereAtOnce) {
   EXPECT_NE(read_all().find("warning: wheel 3 is lost\n"), std::string::npos);
 }
 
+TEST_F(NonBlockingLogTest, WhatIsQuotedIsPrintable) {
+  const runtime::NonBlockingLog log;
+  spdlog::info("{} is refused", "\x1b[2J\xff\nyoubotd: error: a fault");
+  EXPECT_NE(read_all().find("info: \\x1b[2J\\xff\n  youbotd: error: a fault is refused\n"),
+            std::string::npos);
+}
+
 TEST_F(NonBlockingLogTest, WhatWaitsIsKeptInOrder) {
   const runtime::NonBlockingLog log(1 << 20);
   for (int i = 0; i < 1000; ++i) spdlog::info("line {}", i);

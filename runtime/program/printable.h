@@ -1,0 +1,17 @@
+/// @file
+/// Text from outside on a terminal and in a log: a name in a file, a request, a string of a device.
+#pragma once
+#include <string>
+#include <string_view>
+
+namespace runtime {
+
+/// `text` in which bytes that are not UTF-8, and control characters except line breaks and tabs, are written
+/// as
+/// `\x1b`: they could move the cursor, change colours or hide text.
+std::string printable(std::string_view text);
+
+/// The same for a log, where a text cannot begin a line: those after its first are indented by two blanks.
+std::string printable_entry(std::string_view text);
+
+}  // namespace runtime
