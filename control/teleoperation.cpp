@@ -67,7 +67,7 @@ Teleoperation::Config checked(const Teleoperation::Config& config) {
   require(config.stiff.rotation_Nm_per_rad >= config.soft.rotation_Nm_per_rad, "stiff rotation stiffness",
           config.stiff.rotation_Nm_per_rad);
   if (!config.workspace.tip_W_m.contains(config.start_p_WT_m))
-    throw std::invalid_argument("teleoperation: the start is outside the end effector's workspace");
+    throw UnreachableStart("teleoperation: the start is outside the end effector's workspace");
   require(config.centring.stiffness_N_per_m >= 0, "centring stiffness", config.centring.stiffness_N_per_m);
   return config;
 }
@@ -90,10 +90,11 @@ ArmVector start_posture(const Teleoperation::Config& config, RobotModel& model) 
   const ArmVector bent_rad = config.unfolded_rad + (ArmVector() << 0, -0.4, 0.8, 0.8, 0).finished();
   const std::optional<ArmVector> posture_rad = arm_posture_for(start_pose(config), bent_rad, model);
   if (!posture_rad)
-    throw std::invalid_argument(
+    throw UnreachableStart(
         "teleoperation: the arm cannot reach the start at (" + std::to_string(config.start_p_WT_m.x()) +
         ", " + std::to_string(config.start_p_WT_m.y()) + ", " + std::to_string(config.start_p_WT_m.z()) +
-        ") m with a pitch of " + std::to_string(config.start_pitch_rad) + " rad");
+        ") m with a pitch of " + std::to_string(config.start_pitch_rad) + " rad, " +
+        std::to_string(config.start_pitch_rad * 180 / std::numbers::pi) + " deg");
   return *posture_rad;
 }
 

@@ -21,6 +21,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <stdexcept>
 
 #include "control/energy_tank.h"
 #include "control/force_feedback.h"
@@ -137,6 +138,11 @@ struct TeleopTuning {
   double rate_speed_m_per_s = 0.0;
 };
 
+/// The end effector cannot start at `start_p_WT_m` with `start_pitch_rad`.
+struct UnreachableStart : std::invalid_argument {
+  using std::invalid_argument::invalid_argument;
+};
+
 /// One thread. Cycle: step(), tune() and the requests; nothing allocates, locks or throws. Time is counted in
 /// cycles.
 class Teleoperation {
@@ -193,8 +199,7 @@ class Teleoperation {
     double setpoint_turn_limit_rad = 2.0944;  ///< likewise; less than half a turn
   };
 
-  /// @throws std::invalid_argument naming the value out of range, also if the arm cannot reach the start
-  /// pose.
+  /// @throws UnreachableStart; std::invalid_argument naming the value out of range.
   explicit Teleoperation(const Config& config);
 
   static constexpr int kFirstArmJoint = 4;  ///< after the wheels

@@ -326,11 +326,24 @@ void complete(control::Teleoperation::Config& teleoperation, const Config& confi
   teleoperation.tank.device_mass_kg = teleoperation.presence.device_mass_kg;
 }
 
+/// At the key of the start that a setting changed, or else at one that the file has.
+void refuse_start(TomlTable teleoperation, const std::string& why) {
+  TomlTable start = teleoperation.table("start");
+  const std::array<std::string_view, 2> keys{"position_m", "pitch_deg"};
+  const auto* key = std::ranges::find_if(keys, [&](std::string_view name) { return start.is_set(name); });
+  if (key == keys.end())
+    key = std::ranges::find_if(keys, [&](std::string_view name) { return start.has(name); });
+  start.refuse(key != keys.end() ? *key : keys.front(), "is refused: " + why);
+}
+
 /// Whether the arm reaches its start, within the workspace.
 void check_teleoperation(const control::Teleoperation::Config& teleoperation, TomlTable& root,
                          const runtime::TomlFile& file) {
   try {
     const control::Teleoperation possible(teleoperation);
+  } catch (const control::UnreachableStart& error) {
+    refuse_start(root.table("teleoperation"), error.what());
+    file.finish();
   } catch (const std::invalid_argument& error) {
     root.refuse("teleoperation", fmt::format("is refused: {}", error.what()));
     file.finish();

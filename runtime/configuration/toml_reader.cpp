@@ -127,8 +127,26 @@ std::uint32_t line_of(const toml::node& node) {
   return node.source().path == nullptr ? node.source().begin.line : 0;
 }
 
-/// Letters of a key with its tables: "limits.force_N".
-constexpr std::string_view kPathLetters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.";
+constexpr std::string_view kLetters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ";
+
+/// Whether it is the name of a key with its tables: "limits.force_N".
+bool is_key(std::string_view text) {
+  return text.find_first_not_of(std::string(kLetters) + "0123456789_.") == text.npos &&
+         !text.starts_with('.') && !text.ends_with('.') && !text.empty() && text.find("..") == text.npos;
+}
+
+/// As `yes` or `loopback`, which TOML does not know.
+bool is_bare_word(std::string_view text) {
+  return kLetters.find(text.front()) != kLetters.npos && text.find_first_of("\"'") == text.npos;
+}
+
+/// The library's words. It says of a number that is too large only that it has no value.
+std::string problem_of(const toml::parse_error& error) {
+  const std::string_view words = error.description();
+  const bool is_too_large =
+      words.find("floating-point") != words.npos && words.ends_with("could not be interpreted as a value");
+  return std::string(words) + (is_too_large ? ": a number is at most 1.8e308, without its sign" : "");
+}
 
 /// @throws ConfigError for a value that would replace a whole table.
 void merge(toml::table& from, toml::table& into) {
@@ -404,26 +422,32 @@ TomlFile TomlFile::parse(const std::filesystem::path& path, const RegularFile& f
   } catch (const ParserLost&) {
     throw ConfigError({state->name + ": is not TOML: look for brackets or quotes that do not match"});
   } catch (const toml::parse_error& error) {
-    throw ConfigError(
-        {fmt::format("{}:{}: {}", state->name, error.source().begin.line, error.description())});
+    throw ConfigError({fmt::format("{}:{}: {}", state->name, error.source().begin.line, problem_of(error))});
   }
   return TomlFile(std::move(state));
 }
 
 void TomlFile::set(const std::string& key, const std::string& value) {
+  if (!is_key(key)) throw ConfigError({fmt::format("set: '{}' is not the name of a key", key)});
+  if (value.find_first_not_of(" \t") == value.npos)
+    throw ConfigError({fmt::format("set: '{}' has no value", key)});
+  if (value.find_first_of("\r\n") != value.npos)
+    throw ConfigError({fmt::format("set: the value of '{}' has more than one line", key)});
+  const auto refuse = [&](std::string_view why) {
+    throw ConfigError({fmt::format("set: '{}' cannot be {}: {}", key, value, why)});
+  };
   toml::table given;
   const std::string text = key + " = " + value;
+  if (line_of_deep_key(text) > 0) refuse(fmt::format("more than {} dots in one key or text", kMaxKeyDots));
   try {
-    if (line_of_deep_key(text) == 0) given = toml::parse(text, std::string_view("set"));
+    given = toml::parse(text, std::string_view("set"));
   } catch (const ParserLost&) {
-  } catch (const toml::parse_error&) {
+    refuse("it is not TOML: look for brackets or quotes that do not match");
+  } catch (const toml::parse_error& error) {
+    refuse(is_bare_word(value) ? "text needs quotation marks" : problem_of(error));
   }
-  // One key and its value, without a second line.
   const toml::node* leaf = given.at_path(key).node();
-  if (leaf == nullptr || leaf->is_table() || value.find_first_of("\r\n") != value.npos ||
-      key.find_first_not_of(kPathLetters) != key.npos)
-    throw ConfigError(
-        {fmt::format("set: '{} = {}' is not one key of the configuration and its value", key, value)});
+  if (leaf == nullptr || leaf->is_table()) refuse("it is a table; set its keys one by one");
   merge(given, state_->root);
 }
 

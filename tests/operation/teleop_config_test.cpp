@@ -319,8 +319,19 @@ TEST_F(TeleopConfig, ValuesThatContradictOthersAreReportedWithKeyAndRange) {
           "lab.toml:2: 'teleoperation.start.unfolded_deg' has 359 for joint 1, allowed is 0.0 to 338.0"}));
   EXPECT_EQ(
       problems("\n[teleoperation.start]\nposition_m = [0.9, 0, 0.9]\n"),
-      Problems{"lab.toml:2: 'teleoperation' is refused: teleoperation: the arm cannot reach the start at "
-               "(0.900000, 0.000000, 0.900000) m with a pitch of 2.094400 rad"});
+      Problems{"lab.toml:3: 'teleoperation.start.position_m' is refused: teleoperation: the arm cannot reach "
+               "the start at (0.900000, 0.000000, 0.900000) m with a pitch of 2.094400 rad, 120.000281 deg"});
+  EXPECT_EQ(problems("\n[teleoperation.start]\n\npitch_deg = 180\n").front().substr(0, 60),
+            "lab.toml:4: 'teleoperation.start.pitch_deg' is refused: tele");
+  try {
+    (void)operation::load_config(
+        directory_.write("set.toml", "[teleoperation.start]\nposition_m = [0.3, 0, 0.3]\n"),
+        {{"teleoperation.start.pitch_deg", "180"}});
+    FAIL();
+  } catch (const runtime::ConfigError& error) {
+    EXPECT_EQ(std::string(error.what()).substr(0, 57),
+              "set: 'teleoperation.start.pitch_deg' is refused: teleoper");
+  }
 }
 
 TEST_F(TeleopConfig, OneButtonDoesOneThing) {

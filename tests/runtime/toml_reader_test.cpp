@@ -526,6 +526,38 @@ TEST_F(TomlReader, TheDepthOfAKeyIsBounded) {
   EXPECT_THROW(file.set(key(65), "1"), ConfigError);
 }
 
+TEST_F(TomlReader, ASettingThatCannotBeReadIsRefusedWithItsKeyAndTheReason) {
+  const auto refusal = [&](const std::string& key, const std::string& value) -> std::string {
+    TomlFile file = parse("");
+    try {
+      file.set(key, value);
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    return "taken";
+  };
+  EXPECT_EQ(refusal("a.force_N", "1e308"), "taken");
+  EXPECT_EQ(refusal("a.force_N", "1e999"),
+            "set: 'a.force_N' cannot be 1e999: Error while parsing floating-point: '1e999' could not be "
+            "interpreted as a value: a number is at most 1.8e308, without its sign");
+  EXPECT_EQ(refusal("a.force_N", "[1, -1e999]").substr(0, 41), "set: 'a.force_N' cannot be [1, -1e999]: E");
+  EXPECT_EQ(refusal("a.count", "99999999999999999999"),
+            "set: 'a.count' cannot be 99999999999999999999: Error while parsing decimal integer: "
+            "'99999999999999999999' is not representable in 64 bits");
+  EXPECT_EQ(refusal("a.name", "ten"), "set: 'a.name' cannot be ten: text needs quotation marks");
+  EXPECT_EQ(refusal("a", "{b = 1}"), "set: 'a' cannot be {b = 1}: it is a table; set its keys one by one");
+  EXPECT_EQ(refusal("a", "1\nb = 2"), "set: the value of 'a' has more than one line");
+  EXPECT_EQ(refusal("a", " "), "set: 'a' has no value");
+  for (const char* key : {"", "a..b", ".a", "a.", "\"a\"", "a b", "a = 1 #"})
+    EXPECT_EQ(refusal(key, "1"), "set: '" + std::string(key) + "' is not the name of a key");
+}
+
+TEST_F(TomlReader, ANumberThatIsTooLargeIsRefusedWithTheLargest) {
+  EXPECT_EQ(problems("\na = [1,\n1e999]"),
+            Lines{":3: Error while parsing floating-point: '1e999' could not be interpreted as a value: a "
+                  "number is at most 1.8e308, without its sign"});
+}
+
 TEST_F(TomlReader, TheNestingOfValuesIsBounded) {
   const auto nested = [](std::size_t arrays) {
     return "a = " + std::string(arrays, '[') + std::string(arrays, ']') + "\n";
