@@ -50,17 +50,28 @@ std::vector<fs::path> files_of(const std::vector<fs::path>& paths, const std::st
 /// Data used twice for the fit makes everything look more certain than it is; data used for both fit and
 /// judgement proves nothing.
 void require_distinct(const std::vector<fs::path>& data, const std::vector<fs::path>& held_out) {
-  std::map<fs::path, const char*> seen;
+  struct Given {
+    fs::path path;
+    const char* option;
+  };
+  std::map<fs::path, Given> seen;
   const auto add = [&seen](const fs::path& path, const char* option) {
     std::error_code error;
-    const fs::path file = fs::weakly_canonical(path, error);
-    const auto [there, is_new] = seen.emplace(error ? path : file, option);
+    fs::path file = fs::weakly_canonical(path, error);
+    if (error) file = path;
+    if (file.extension() == ".mcap") file.replace_extension(".csv");  // `youbotctl convert` leaves both
+    const auto [there, is_new] = seen.emplace(file, Given{path, option});
     if (is_new) return;
-    if (there->second == std::string(option))
-      throw std::invalid_argument(std::string(option) + ": " + path.string() + " is given twice");
-    throw std::invalid_argument(
-        "--held-out: " + path.string() +
-        " is also in --data; what the search sees cannot judge it: name the other files in --data");
+    const Given& first = there->second;
+    const bool is_copy = first.path.extension() != path.extension();
+    if (first.option == std::string(option))
+      throw std::invalid_argument(
+          std::string(option) + ": " +
+          (is_copy ? first.path.string() + " and " + path.string() + " are one recording: give one of them"
+                   : path.string() + " is given twice"));
+    throw std::invalid_argument("--held-out: " + path.string() + " is also in --data" +
+                                (is_copy ? ", as " + first.path.string() : "") +
+                                "; what the search sees cannot judge it: name the other files in --data");
   };
   for (const fs::path& path : data) add(path, "--data");
   for (const fs::path& path : held_out) add(path, "--held-out");

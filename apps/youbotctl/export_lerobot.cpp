@@ -6,9 +6,9 @@
 #include <cmath>
 #include <cstdio>
 #include <iterator>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <set>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -327,12 +327,16 @@ int export_lerobot(const std::vector<fs::path>& recordings, const fs::path& out,
   runtime::try_output_directory(out);
   runtime::require_empty(out);
   Demonstrations all;
-  std::set<fs::path> seen;
+  std::map<fs::path, fs::path> seen;  // without the extension: one run may be there as CSV and as MCAP
   for (const fs::path& recording : recordings) {
     Demonstrations read = read_demonstrations(recording, options.frames);
+    const fs::path& file = read.episodes.front().recording;
     std::error_code unknown;
-    if (!seen.insert(fs::weakly_canonical(read.episodes.front().recording, unknown)).second)
-      throw std::invalid_argument(recording.string() + " is given twice");
+    const auto [same, is_new] = seen.emplace(fs::weakly_canonical(file, unknown).replace_extension(), file);
+    if (!is_new && same->second.extension() != file.extension())
+      throw std::invalid_argument(same->second.string() + " and " + file.string() +
+                                  " are one recording: give one of them");
+    if (!is_new) throw std::invalid_argument(recording.string() + " is given twice");
     for (const std::string& warning : read.warnings) spdlog::warn("{}", warning);
     std::ranges::move(read.episodes, std::back_inserter(all.episodes));
   }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "apps/youbotctl/export_lerobot.h"
+#include "runtime/mcap/convert.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
@@ -88,6 +89,9 @@ TEST_F(ExportLerobot, WrongUsageIsRefusedAndLeavesNothingBehind) {
   fs::create_directory(folder_ / "run");
   recording("run/teleoperation.csv", 1000);
   refused("lerobot run run/teleoperation.csv set", "run/teleoperation.csv is given twice");
+  (void)runtime::mcap::convert(folder_ / "run/teleoperation.csv", folder_ / "run/teleoperation.mcap");
+  refused("lerobot run ./run/teleoperation.mcap set",
+          "run/teleoperation.csv and ./run/teleoperation.mcap are one recording");
   fs::remove_all(folder_ / "run");
   refused("lerobot a.csv missing.mcap set", "missing.mcap");
   EXPECT_EQ(entries(), before);

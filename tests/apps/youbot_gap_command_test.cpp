@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "runtime/configuration/drive_model_file.h"
+#include "runtime/mcap/convert.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
@@ -242,6 +243,13 @@ TEST_F(GapCommand, RefusesMistakesOfTheCommandLine) {
   EXPECT_TRUE(said(data + " is given twice")) << output_;
   EXPECT_EQ(explain("--data " + path("data") + " --held-out " + path("data/../data/a.csv")), 2);
   EXPECT_TRUE(said("a.csv is also in --data")) << output_;
+  const std::string copy = path("data/a.mcap");
+  (void)runtime::mcap::convert(data, copy);
+  EXPECT_EQ(explain("--data " + data + " " + copy), 2);
+  EXPECT_TRUE(said(data + " and " + copy + " are one recording")) << output_;
+  EXPECT_EQ(explain("--data " + data + " --held-out " + copy), 2);
+  EXPECT_TRUE(said("a.mcap is also in --data, as " + data)) << output_;
+  fs::remove(copy);
   EXPECT_EQ(explain("--data " + path("missing.csv")), 2);
   EXPECT_TRUE(said("missing.csv: cannot be opened")) << output_;
   fs::create_directories(directory_ / "empty");
