@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <span>
@@ -27,7 +28,7 @@ using control::TeleopPhase;
 constexpr double kTick_s = 5e-7;  // half of the last decimal of a time in a recording
 constexpr std::size_t kFewestFrames = 2;
 /// Of a quaternion whose parts have three decimals or more.
-constexpr float kNormTolerance = 2e-3F;
+constexpr double kNormTolerance = 2e-3;
 
 std::vector<std::string> numbered(const std::string& begin, int count, const std::string& end) {
   std::vector<std::string> names;
@@ -97,6 +98,7 @@ class Resampler {
     if (!episode_ && (operates || options_.all_phases)) begin_episode(t_s);
     if (episode_) {
       while (next_frame_s() < t_s - kTick_s) add_frame();
+      require_frame_values(row, t_s);
       if (operates || options_.all_phases) {
         if (*last_s_operated_ < *last_s_in_episode_) let_go_s_ += t_s - *last_s_operated_;
         last_s_operated_ = t_s;
@@ -164,32 +166,49 @@ class Resampler {
       const std::size_t begin = values.size();
       for (std::size_t i = 0; i < columns_[f].size(); ++i) {
         const std::size_t column = columns_[f][i];
-        const auto value =
-            static_cast<float>(feature.resampling == Resampling::kMean ? mean_[column] : newest_[column]);
-        if (!std::isfinite(value) && !may_be_missing_[column])
-          throw std::invalid_argument(
-              fmt::format("{} is not a number at {:.3f} s", feature.columns[i], next_frame_s()));
-        values.push_back(value);
+        values.push_back(
+            static_cast<float>(feature.resampling == Resampling::kMean ? mean_[column] : newest_[column]));
       }
-      mend_rotation(feature, values, begin);
+      keep_sign(feature, values, begin);
     }
     ++episode_->frames;
   }
 
-  /// q and -q are one rotation, and a recording changes between them where w is zero. Here the first one has
-  /// w >= 0, the others are next to the one before.
-  /// @throws std::invalid_argument if its norm is not 1.
-  void mend_rotation(const Feature& feature, std::vector<float>& values, std::size_t begin) const {
+  /// Here and not in the frame, because this is where the line of the row is known.
+  /// @throws std::invalid_argument for a value that no frame can have.
+  void require_frame_values(std::span<const double> row, double t_s) const {
+    for (std::size_t f = 0; f < columns_.size(); ++f) {
+      const Feature& feature = teleoperation_features()[f];
+      for (std::size_t i = 0; i < columns_[f].size(); ++i)
+        if (const std::size_t column = columns_[f][i];
+            !may_be_missing_[column] && !std::isfinite(static_cast<float>(row[column])))
+          throw std::invalid_argument(fmt::format("{} is not a number at {:.3f} s", feature.columns[i], t_s));
+      const auto w = first_of_rotation(feature);
+      if (!w) continue;
+      double square = 0;
+      for (std::size_t i = 0; i < 4; ++i) square += std::pow(row[columns_[f][*w + i]], 2);
+      if (std::abs(std::sqrt(square) - 1) > kNormTolerance)
+        throw std::invalid_argument(
+            fmt::format("{} to {} are not a rotation at {:.3f} s: their norm is {:.4f}, expected 1",
+                        feature.columns[*w], feature.columns[*w + 3], t_s, std::sqrt(square)));
+    }
+  }
+
+  /// Where the quaternion of a feature begins, if it has one.
+  static std::optional<std::size_t> first_of_rotation(const Feature& feature) {
     const auto w =
         std::ranges::find_if(feature.columns, [](const auto& name) { return name.ends_with("_qw"); });
-    if (w == feature.columns.end()) return;
-    const std::size_t at = begin + static_cast<std::size_t>(w - feature.columns.begin());
+    if (w == feature.columns.end()) return std::nullopt;
+    return static_cast<std::size_t>(w - feature.columns.begin());
+  }
+
+  /// q and -q are one rotation, and a recording changes between them where w is zero. Here the first one has
+  /// w >= 0, the others are next to the one before.
+  static void keep_sign(const Feature& feature, std::vector<float>& values, std::size_t begin) {
+    const auto w = first_of_rotation(feature);
+    if (!w) return;
+    const std::size_t at = begin + *w;
     const std::span<float> q = std::span(values).subspan(at, 4);
-    const float norm = std::hypot(std::hypot(q[0], q[1]), std::hypot(q[2], q[3]));
-    if (std::abs(norm - 1) > kNormTolerance)
-      throw std::invalid_argument(
-          fmt::format("{} to {} are not a rotation at {:.3f} s: their norm is {:.4f}, expected 1", *w, w[3],
-                      next_frame_s(), norm));
     float along = q[0];
     if (begin > 0) {
       const std::span<const float> before = std::span(values).subspan(at - feature.columns.size(), 4);
@@ -264,6 +283,22 @@ std::filesystem::path recording_at(const std::filesystem::path& path) {
       {path.string() + ": contains no recording of a teleoperation, teleoperation.csv or .mcap"});
 }
 
+/// A refused row is named by its line or, in MCAP, by its number.
+void read_rows(const std::filesystem::path& recording, runtime::mcap::RowVisitor visitor) {
+  if (recording.extension() != ".mcap") return runtime::mcap::read_csv_rows(recording, visitor);
+  std::uint64_t number = 0;
+  visitor.row = [&number, take = std::move(visitor.row)](std::span<const double> row) {
+    ++number;
+    try {
+      take(row);
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument(fmt::format("row {}: {}", number, error.what()));
+    }
+  };
+  runtime::mcap::read_mcap_rows([&] { return runtime::mcap::read_file(recording); }, recording.string(),
+                                {.all = true}, visitor);
+}
+
 }  // namespace
 
 const std::vector<Feature>& teleoperation_features() {
@@ -294,11 +329,7 @@ Demonstrations read_demonstrations(const std::filesystem::path& path, const Fram
       .row = [&](std::span<const double> row) { resampler->add(row); },
       .warning = [&](const std::string& text) { warnings.push_back(text); }};
   try {
-    if (recording.extension() == ".mcap")
-      runtime::mcap::read_mcap_rows([&] { return runtime::mcap::read_file(recording); }, recording.string(),
-                                    {.all = true}, rows);
-    else
-      runtime::mcap::read_csv_rows(recording, rows);
+    read_rows(recording, rows);
     Demonstrations result = resampler->finish();
     result.warnings.insert(result.warnings.begin(), warnings.begin(), warnings.end());
     return result;

@@ -215,10 +215,21 @@ TEST_F(ExportFrames, WhatIsNoDemonstrationIsRefusedWithAReason) {
   EXPECT_NE(refusal(record(1.0, {{"phase", [](double) { return 77.0; }}})).find(":4: phase = 77 is none of"),
             std::string::npos);
   EXPECT_NE(refusal(record(1.0, {{"tip_x_m", [](double t_s) { return t_s < 0.5 ? 0.0 : std::nan(""); }}}))
-                .find("tip_x_m is not a number at 0.500 s"),
-            std::string::npos);
+                .find("teleoperation.csv:504: tip_x_m is not a number at 0.500 s"),
+            std::string::npos)
+      << "the header has three lines";
+  const auto last =
+      record(0.1, {{"wrench_force_x_N", [](double t_s) { return t_s < 0.0985 ? 0.0 : std::nan(""); }}});
+  EXPECT_NE(refusal(last).find("teleoperation.csv:103: wrench_force_x_N is not a number at 0.099 s"),
+            std::string::npos)
+      << "in the last row";
+  (void)runtime::mcap::convert(last, folder_ / "last.mcap");
+  EXPECT_NE(
+      refusal(folder_ / "last.mcap").find("last.mcap: row 100: wrench_force_x_N is not a number at 0.099 s"),
+      std::string::npos);
   EXPECT_NE(refusal(record(1.0, {{"tip_qw", [](double) { return 0.0; }}}))
-                .find("tip_qw to tip_qz are not a rotation at 0.000 s: their norm is 0.0000, expected 1"),
+                .find("teleoperation.csv:4: tip_qw to tip_qz are not a rotation at 0.000 s: their norm is "
+                      "0.0000, expected 1"),
             std::string::npos);
   EXPECT_NE(refusal(folder_.write("wheel.csv", "# youbot recording v1\ntime_s,position_rad\n0,1\n"))
                 .find("wheel.csv: is no recording of a teleoperation: it has no column phase"),
