@@ -1,11 +1,16 @@
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "runtime/configuration/toml_reader.h"
@@ -169,6 +174,36 @@ std::uint64_t find_decimals(CsvPass& pass, RecordingHead& head) {
   return rows;
 }
 
+/// What a recording does not have: each kind is reported at its first row.
+class RowOddities {
+ public:
+  explicit RowOddities(const RecordingHead& head) : head_(head), time_(*head.column("time_s")) {}
+
+  std::vector<std::string> of(std::span<const double> row) {
+    std::vector<std::string> found;
+    const double time_s = row[time_];
+    if (time_s == last_s_ && !std::exchange(repeated_, true))
+      found.push_back(fmt::format("time_s = {} is that of the row before; such rows are kept", time_s));
+    if (time_s < last_s_ && !std::exchange(decreased_, true))
+      found.push_back(
+          fmt::format("time_s = {} is less than {} in the row before; such rows are kept", time_s, last_s_));
+    last_s_ = time_s;
+    const auto infinite = std::ranges::find_if(row, [](double value) { return std::isinf(value); });
+    if (infinite != row.end() && !std::exchange(infinite_, true))
+      found.push_back(fmt::format("{} is infinite; such values are kept",
+                                  head_.columns[static_cast<std::size_t>(infinite - row.begin())].name));
+    return found;
+  }
+
+ private:
+  const RecordingHead& head_;
+  std::size_t time_;
+  double last_s_ = -std::numeric_limits<double>::infinity();
+  bool repeated_ = false;
+  bool decreased_ = false;
+  bool infinite_ = false;
+};
+
 }  // namespace
 
 void read_csv_rows(const std::filesystem::path& path, const RowVisitor& visitor) {
@@ -182,6 +217,7 @@ void read_csv_rows(const std::filesystem::path& path, const RowVisitor& visitor)
     if (visitor.warning) visitor.warning(pass.placed(text));
   };
   std::vector<double> row(head.columns.size());
+  RowOddities oddities(head);
   const bool whole = pass.read_rows(
       head, [&](std::size_t column, std::string_view, double value) { row[column] = value; },
       [&] {
@@ -195,6 +231,7 @@ void read_csv_rows(const std::filesystem::path& path, const RowVisitor& visitor)
         } catch (const std::invalid_argument& error) {
           pass.fail(error.what());
         }
+        for (const std::string& oddity : oddities.of(row)) warn(oddity);
         return true;
       });
   if (!whole) warn("the last line is torn (no line end) and was left out");

@@ -36,7 +36,8 @@ void read_mcap_rows(const std::function<ReadBytes()>& open, const std::string& f
 
 /// The rows of CSV text, with any numbers, not only valid measurements. A column has decimals if all of its
 /// values are written with the same number of them. A torn last line is left out, and rows that a program
-/// still appends, each with a warning.
+/// still appends, each with a warning. A repeated or decreasing time and an infinite value are kept, with a
+/// warning at the first row of each.
 /// @throws ConfigError with file and line; also for what visitor.row() throws as std::invalid_argument.
 void read_csv_rows(const std::filesystem::path& path, const RowVisitor& visitor);
 

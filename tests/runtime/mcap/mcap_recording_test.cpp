@@ -142,6 +142,20 @@ TEST_F(Conversion, ATornLastLineIsLeftOutAndReported) {
       << converted.warnings[0];
 }
 
+TEST_F(Conversion, TimesAndValuesThatNoRecordingHasAreKeptAndReportedWithTheirLine) {
+  const std::string text =
+      "# youbot recording v1\ntime_s,x\n0.001,0.1\n0.001,0.2\n0.002,-inf\n0.001,0.3\n0.001,inf\n0.000,0.4\n";
+  const Converted converted = convert(csv(text), folder / "c.mcap");
+  const std::string in = folder / "in.csv";
+  EXPECT_EQ(converted.rows, 6U);
+  EXPECT_EQ(converted.warnings,
+            (std::vector<std::string>{
+                in + ":4: time_s = 0.001 is that of the row before; such rows are kept",
+                in + ":5: x is infinite; such values are kept",
+                in + ":6: time_s = 0.001 is less than 0.002 in the row before; such rows are kept"}));
+  EXPECT_EQ(there_and_back(text), text);
+}
+
 // The decimals of a column are those of the rows that were there at the beginning.
 TEST_F(Conversion, RowsThatAreAppendedMeanwhileAreLeftOut) {
   const auto in = csv("# youbot recording v1\ntime_s,flag\n0.000,0\n0.001,0\n");
