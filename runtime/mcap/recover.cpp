@@ -8,9 +8,32 @@
 #include "runtime/mcap/mcap_writer.h"
 #include "runtime/mcap/new_file.h"
 #include "runtime/program/build_info.h"
+#include "runtime/program/printable.h"
 
 namespace runtime::mcap {
 namespace {
+
+/// The texts of one record. MCAP's are UTF-8, and other programs refuse a file with one that is not.
+class Texts {
+ public:
+  std::string mended(std::string_view text) {
+    if (is_utf8(text)) return std::string(text);
+    if (damaged_.empty()) damaged_ = printable(text);
+    return printable(text);
+  }
+  StringMap mended(const StringMap& map) {
+    StringMap result;
+    for (const auto& [key, value] : map) result[mended(key)] = mended(value);
+    return result;
+  }
+  /// To be called when the record is written. @throws BadRecord, which reports its place.
+  void report() const {
+    if (!damaged_.empty()) throw BadRecord("a text is not UTF-8; written as " + damaged_);
+  }
+
+ private:
+  std::string damaged_;  // the first of them
+};
 
 /// Repeats each record in a new file.
 class Copy : public Visitor {
@@ -18,13 +41,24 @@ class Copy : public Visitor {
   Copy(McapWriter& writer, Recovered& result) : writer_(writer), result_(result) {}
 
  private:
+  void header(std::string_view profile, std::string_view) override {
+    Texts texts;
+    (void)texts.mended(profile);
+    texts.report();
+  }
   void schema(const Schema& schema) override {
-    schemas_[schema.id] = writer_.add_schema(schema.name, schema.encoding, schema.data);
+    Texts texts;
+    schemas_[schema.id] =
+        writer_.add_schema(texts.mended(schema.name), texts.mended(schema.encoding), schema.data);
+    texts.report();
   }
   void channel(const Channel& channel) override {
     const std::uint16_t schema = channel.schema == 0 ? std::uint16_t{0} : schemas_.at(channel.schema);
+    Texts texts;
     channels_[channel.id] =
-        writer_.add_channel(schema, channel.topic, channel.message_encoding, channel.metadata);
+        writer_.add_channel(schema, texts.mended(channel.topic), texts.mended(channel.message_encoding),
+                            texts.mended(channel.metadata));
+    texts.report();
   }
   void message(const Message& message) override {
     Message copy = message;
@@ -36,9 +70,18 @@ class Copy : public Visitor {
     ++result_.messages;
   }
   void metadata(std::string_view name, const StringMap& metadata) override {
-    writer_.add_metadata(name, metadata);
+    Texts texts;
+    writer_.add_metadata(texts.mended(name), texts.mended(metadata));
+    texts.report();
   }
-  void attachment(const Attachment& attachment) override { writer_.add_attachment(attachment); }
+  void attachment(const Attachment& attachment) override {
+    Texts texts;
+    Attachment copy = attachment;
+    copy.name = texts.mended(attachment.name);
+    copy.media_type = texts.mended(attachment.media_type);
+    writer_.add_attachment(copy);
+    texts.report();
+  }
   bool wants_attachments() const override { return true; }
   void damaged(const McapError& error) override {
     ++result_.damaged_records;
@@ -62,7 +105,7 @@ class Profile : public Visitor {
 
  private:
   void header(std::string_view text, std::string_view) override {
-    profile = text;
+    profile = Texts().mended(text);
     seen_ = true;
   }
   void schema(const Schema&) override { seen_ = true; }

@@ -6,6 +6,8 @@
 
 namespace runtime {
 
+bool is_utf8(std::string_view text);
+
 /// `text` in which bytes that are not UTF-8, and control characters except line breaks and tabs, are written
 /// as
 /// `\x1b`: they could move the cursor, change colours or hide text.

@@ -14,6 +14,8 @@ using runtime::printable;
 TEST(Printable, TextStaysAsItIs) {
   for (const std::string_view text : {"", "limits.force_N = 4", "Geschwindigkeit für 手 🤖", "a\tb\nc"})
     EXPECT_EQ(printable(text), text);
+  EXPECT_TRUE(runtime::is_utf8("手\x1b")) << "a control character is UTF-8";
+  EXPECT_FALSE(runtime::is_utf8("手\xff"));
 }
 
 TEST(Printable, ControlCharactersAreNamed) {

@@ -138,6 +138,39 @@ TEST(McapDamage, AChunkWithAWrongChecksumIsLeftOutAndTheNextOnesAreKept) {
   EXPECT_FALSE(recovered.torn_at);
 }
 
+TEST(McapDamage, TextsThatAreNotUtf8AreMendedAndReportedAndCostNoMessage) {
+  std::string file;
+  McapWriter writer([&file](std::string_view part) { file += part; },
+                    {.profile = "ro\xffs2", .library = "test", .compression = Compression::kNone});
+  writer.add_metadata("recording", {{"rig", "wheel\xff"}});
+  const std::uint16_t schema = writer.add_schema("Sch\xffma", "ros2msg", "bytes of any kind: \xff");
+  const std::uint16_t channel = writer.add_channel(schema, "/\xffx", "cdr", {});
+  writer.add_attachment({.name = "\xff.toml", .media_type = "text/plain", .data = "\xff"});
+  writer.add_message({channel, 0, 0, 0, "message \xff"});
+  writer.finish();
+
+  std::string whole;
+  const Recovered recovered = recovered_from(file, whole);
+  EXPECT_EQ(recovered.messages, 1U);
+  EXPECT_EQ(recovered.damaged_records, 5U);
+  ASSERT_EQ(recovered.problems.size(), 5U);
+  EXPECT_NE(recovered.problems[2].find("a damaged record: a text is not UTF-8; written as Sch\\xffma"),
+            std::string::npos)
+      << recovered.problems[2];
+
+  struct Named : Messages {
+    std::string names;
+    void header(std::string_view profile, std::string_view) override { names += profile; }
+    void metadata(std::string_view, const StringMap& map) override { names += ' ' + map.at("rig"); }
+    void schema(const Schema& schema) override { names.append(" ").append(schema.name); }
+    void channel(const Channel& channel) override { names.append(" ").append(channel.topic); }
+    void attachment(const Attachment& attachment) override { names += ' ' + attachment.name; }
+  } read;
+  read_mcap(read_from(whole), "whole", read);
+  EXPECT_EQ(read.names, R"(ro\xffs2 wheel\xff Sch\xffma /\xffx \xff.toml)");
+  EXPECT_EQ(read.payloads, std::vector<std::string>{"message \xff"});
+}
+
 TEST(McapDamage, MessagesOfATornChunkAreSaved) {
   const std::string file = small_file(Compression::kNone);
   const std::size_t at = file.find("message 6");
