@@ -372,8 +372,10 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   // Every key has a default, but a file without any key is a mistake that would enable a robot.
   if (root.empty())
     throw runtime::ConfigError({file.string() + ":1: holds no key; demo.toml and teleop.toml show them all"});
-  for (const char* key : {"robot", "loop", "geometry", "ethercat", "can", "haptic", "simulation", "scene"})
+  for (const char* key : {"robot", "loop", "geometry", "ethercat", "can", "simulation", "scene"})
     config.opened_once[key] = root.written(key);
+  config.opened_once["haptic"] = root.written("haptic", "device");
+  config.opened_once[kHapticDevice] = root.table("haptic").written("device");
   root.text("robot", config.robot.name);
   // The cycle rejects a bench rig, can:IFACE: it reports the number of wheels it needs.
   if (!runtime::is_robot_name(config.robot.name))

@@ -19,6 +19,9 @@
 
 namespace operation {
 
+/// In Config::opened_once.
+inline constexpr const char* kHapticDevice = "haptic.device";
+
 struct Config {
   runtime::RobotOptions robot;
   runtime::RealTimeConfig real_time;
@@ -34,7 +37,7 @@ struct Config {
   /// The configuration has [teleoperation]: a haptic device commands the robot.
   bool teleoperated = false;
   /// Keys and tables that are read only when robot and haptic device are opened, as written. The
-  /// rest is read for each run.
+  /// rest is read for each run. The key of the haptic device is apart from its table, kHapticDevice.
   std::map<std::string, std::string> opened_once;
 };
 

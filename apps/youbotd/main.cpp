@@ -83,11 +83,16 @@ void relax(runtime::HapticOptions& haptic) {
 operation::Config configuration(const Arguments& arguments,
                                 const std::map<std::string, std::string>& settings = {}) {
   operation::Config config = operation::load_config(arguments.session.config_file, settings);
-  if (!arguments.robot.empty()) config.robot.name = arguments.robot;
+  // What the command line gives has no counterpart in the file that could have changed.
+  if (!arguments.robot.empty()) {
+    config.robot.name = arguments.robot;
+    config.opened_once["robot"].clear();
+  }
   runtime::check_robot_name(config.robot.name);
   if (!arguments.haptic.empty()) {
     config.haptic.name = arguments.haptic;
     config.teleoperated = true;
+    config.opened_once[operation::kHapticDevice].clear();
   }
   if (arguments.session.allow_non_real_time) relax(config.haptic);
   return config;

@@ -344,10 +344,17 @@ bool TomlTable::is_set(std::string_view key) const {
 
 bool TomlTable::has(std::string_view key) const { return node_->table.contains(key); }
 
-std::string TomlTable::written(std::string_view key) const {
+std::string TomlTable::written(std::string_view key, std::string_view without) const {
+  const toml::node* found = node_->table.get(key);
+  toml::table rest;
+  if (found != nullptr && found->is_table() && !without.empty()) {
+    rest = *found->as_table();
+    rest.erase(without);
+    found = rest.empty() ? nullptr : &rest;
+  }
   std::ostringstream text;
   // As JSON: the library's TOML formatter converts -1.0 to an unsigned number, which is undefined.
-  if (const toml::node* found = node_->table.get(key)) text << toml::json_formatter(*found);
+  if (found != nullptr) text << toml::json_formatter(*found);
   return text.str();
 }
 

@@ -97,8 +97,8 @@ class TomlTable {
   /// Whether there is such a key or table; does not count as reading it.
   bool has(std::string_view key) const;
   /// The value or table in a normal form, to compare two files; empty if there is none. Does not count as
-  /// reading it.
-  std::string written(std::string_view key) const;
+  /// reading it. `without`: a key that the table is written without; empty if no other is left.
+  std::string written(std::string_view key, std::string_view without = {}) const;
   /// Whether it is empty; does not count as reading it.
   bool empty() const;
   TomlTable table(std::string_view key, const KeyRules& rules = {});

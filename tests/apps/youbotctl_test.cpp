@@ -10,6 +10,7 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -297,6 +298,38 @@ TEST_F(Youbotctl, AnEditOfWhatOpenedTheRobotNeedsARestart) {
   const CommandResult refused = tell({"enable"});
   EXPECT_EQ(refused.exit_code, 2) << refused.output;
   EXPECT_TRUE(refused.said("has changed at 'ethercat' and 'simulation', which youbotd reads when it starts"))
+      << refused.output;
+}
+
+TEST_F(Youbotctl, AnEditOfWhatTheCommandLineGivesNeedsNone) {
+  Process youbotd(daemon({"--robot", "loopback"}));
+  ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
+  std::ifstream before(config);
+  const std::string text{std::istreambuf_iterator<char>(before), {}};
+  std::ofstream(config) << "robot = \"wire\"\n" << text;
+  const CommandResult done = tell({"enable"});
+  EXPECT_EQ(done.exit_code, 0) << done.output;
+  EXPECT_EQ(status()["robot"], "loopback");
+  EXPECT_TRUE(tell({"set", "robot", "\"wire\""}).said("read once"));
+}
+
+TEST_F(Youbotctl, AnEditOfTheHapticDeviceThatTheCommandLineGivesNeedsNone) {
+  const std::string rest =
+      "[loop]\ncommand_timeout_s = 2.0\ncommander_timeout_s = 2.0\n"
+      "[ethercat]\nkind = \"base+arm\"\n[teleoperation]\n";
+  config = folder.write("teleop.toml", rest);
+  Process youbotd(daemon({"--haptic", "loopback"}));
+  ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
+  std::ofstream(config) << rest << "[haptic]\ndevice = \"spacemouse\"\n";
+  Process commander(ctl({"enable"}));
+  EXPECT_TRUE(commander.wait_for("enabled: "));
+  commander.signal(SIGINT);
+  EXPECT_NE(commander.finish().exit_code, 2);
+  EXPECT_TRUE(comes_to_rest());
+  std::ofstream(config) << rest << "[haptic]\ndevice = \"spacemouse\"\nforce_limit_N = 3\n";
+  const CommandResult refused = tell({"enable"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_TRUE(refused.said("has changed at 'haptic'") || refused.said("acknowledge it first"))
       << refused.output;
 }
 
