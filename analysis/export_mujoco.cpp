@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "model/effects/effect_chain.h"
+#include "runtime/program/printable.h"
 
 namespace analysis {
 namespace {
@@ -41,8 +42,8 @@ std::string number(double value) { return fmt::format("{:.9g}", value); }
 
 std::string escaped(std::string_view text) {
   std::string result;
-  for (const char c : text) {
-    if (static_cast<unsigned char>(c) < 0x20) continue;
+  for (const char c : runtime::printable(text)) {
+    if (c == '\n' || c == '\t') continue;
     switch (c) {
       case '&': result += "&amp;"; break;
       case '<': result += "&lt;"; break;
@@ -54,9 +55,9 @@ std::string escaped(std::string_view text) {
   return result;
 }
 
-/// XML comments may not contain two hyphens.
+/// XML comments may not contain two hyphens, and XML no control characters and nothing but UTF-8.
 std::string comment(std::string_view line) {
-  std::string text(line);
+  std::string text = runtime::printable(line);
   for (std::size_t at = 0; (at = text.find("--", at)) != std::string::npos;) text.insert(at + 1, " ");
   if (text.ends_with('-')) text += ' ';
   return "<!-- " + text + " -->\n";

@@ -194,6 +194,20 @@ TEST(ExportMujoco, RemarksCannotEndTheirComment) {
   EXPECT_TRUE(has(inside, " b ")) << inside;
 }
 
+TEST(ExportMujoco, TextsThatXmlCannotHoldAreNamed) {
+  const std::vector<std::string> remarks{"a\x1b[2J\xff b"};
+  DriveModel model = drive({kCoulomb});
+  model.name = "wheel\x01\xfe";
+  const std::string text =
+      analysis::mujoco_text(model, fit_sliding(model, speeds(), SlidingTerms::kAll), {.remarks = remarks});
+  EXPECT_TRUE(has(text, R"(a\x1b[2J\xff b)")) << text;
+  EXPECT_TRUE(has(text, R"(wheel\x01\xfe)")) << text;
+  const std::string urdf =
+      analysis::urdf_text(model, fit_sliding(model, speeds(), SlidingTerms::kCoulombViscous), remarks);
+  for (const std::string& each : {text, urdf})
+    EXPECT_EQ(each.find_first_of("\x01\x1b\xfe\xff"), std::string::npos) << each;
+}
+
 TEST(ExportUrdf, ItsParserReadsDampingFrictionAndInertia) {
   const DriveModel model = drive({kCoulomb, kViscous, make_effect("inertia", {{"difference_kg_m2", 0.002}})});
   const std::vector<std::string> remarks{"from --model wheel.toml"};
