@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <stdexcept>
 #include <utility>
 #include <variant>
 
 #include "model/effects/dissipation.h"
+#include "model/effects/mechanics.h"
 #include "model/servo_law_keys.h"
 #include "runtime/configuration/toml_reader.h"
 
@@ -190,6 +192,17 @@ std::string servo_text(const model::ServoLaw& law) {
   return text;
 }
 
+/// The simulation would refuse it, too, without file and line. `inertia_kg_m2`: what this and former effects
+/// leave.
+void require_inertia(TomlTable& table, const AnyEffect& effect, double& inertia_kg_m2) {
+  const auto* inertia = std::get_if<model::effects::Inertia>(&effect);
+  if (inertia == nullptr) return;
+  inertia_kg_m2 += inertia->parameters().difference_kg_m2;
+  if (!(inertia_kg_m2 > 0))
+    table.refuse("difference_kg_m2",
+                 fmt::format("leaves {:g} kg m² of 'inertia_kg_m2', allowed is more than 0", inertia_kg_m2));
+}
+
 DriveModel read_model(TomlFile file) {
   TomlTable root = file.root();
   DriveModel model;
@@ -208,7 +221,12 @@ DriveModel read_model(TomlFile file) {
   optional_number("encoder_ticks_per_rev", model.encoder_ticks_per_rev, 1);
   optional_number("torque_noise_Nm", model.torque_noise_Nm, 0);
   if (root.has("servo")) model.servo = read_servo(root.table("servo"));
-  for (TomlTable& table : root.tables("effect", {.most = kMaxEffects})) read_effect(table, model.effects);
+  double inertia_kg_m2 = model.inertia_kg_m2;
+  for (TomlTable& table : root.tables("effect", {.most = kMaxEffects})) {
+    const std::size_t before = model.effects.size();
+    read_effect(table, model.effects);
+    if (model.effects.size() > before) require_inertia(table, model.effects.back(), inertia_kg_m2);
+  }
   file.finish();
   return model;
 }

@@ -47,6 +47,15 @@ class DriveModelFile : public testing::Test {
 constexpr const char* kHead =
     "format = \"youbot-drive-model/1\"\nname = \"wheel-1\"\ninertia_kg_m2 = 0.0112\n";
 
+TEST_F(DriveModelFile, EffectsThatLeaveNoInertiaAreRefusedWithTheirLine) {
+  const std::string effect = "[[effect]]\ntype = \"inertia\"\ndifference_kg_m2 = ";
+  EXPECT_EQ(problems(kHead + effect + "-0.01\n"), std::vector<std::string>{});
+  EXPECT_EQ(
+      problems(kHead + effect + "-0.01\n" + effect + "-0.0022\n"),
+      std::vector<std::string>{":9: 'effect[1].difference_kg_m2' leaves -0.001 kg m² of 'inertia_kg_m2', "
+                               "allowed is more than 0"});
+}
+
 TEST_F(DriveModelFile, TheContractsExampleIsRead) {
   const DriveModel model = read(std::string(kHead) +
                                 "[sensor]\nencoder_ticks_per_rev = 104000\ntorque_noise_Nm = 0.0015\n"
