@@ -91,6 +91,7 @@ Findings check(const operation::Config& config, const CheckOptions& options) {
                                        config.cycle.period, options.record_format));
   if (!options.control_socket.empty()) findings.push_back(check_control(options.control_socket));
   if (options.page) findings.push_back(check_page(*options.page));
+  if (options.ros2) findings.push_back(check_ros2(*options.ros2));
   return findings;
 }
 

@@ -3,6 +3,7 @@
 /// advice. Nothing moves: of a robot on EtherCAT, it reads the names of the devices before any of them
 /// changes its state. Skips checks that the configuration does not need.
 #pragma once
+#include <cstdint>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -21,6 +22,7 @@ struct CheckOptions {
   bool allow_non_real_time = false;
   std::filesystem::path control_socket{};  ///< empty: none
   std::optional<std::string> page{};       ///< "HOST:PORT"
+  std::optional<std::uint32_t> ros2{};     ///< the domain
   drivers::usb::SystemPaths paths{};
 };
 

@@ -101,4 +101,7 @@ Finding check_control(const std::filesystem::path& socket);
 /// `where`: as of live::WebServer. @throws std::invalid_argument for another one.
 Finding check_page(const std::string& where);
 
+/// Joins the DDS domain for a moment, as `--ros2` does.
+Finding check_ros2(std::uint32_t domain);
+
 }  // namespace youbotd

@@ -1,9 +1,11 @@
 #include <optional>
+#include <string>
 
 #include "apps/youbotd/check_parts.h"
 #include "apps/youbotd/control_server.h"
 #include "hal/setup_error.h"
 #include "live/web_server.h"
+#include "ros2/node.h"
 
 namespace youbotd {
 namespace {
@@ -42,6 +44,15 @@ Finding check_page(const std::string& where) {
   } catch (const hal::SetupError& error) {
     return {Mark::kFail, error.what()};
   }
+}
+
+Finding check_ros2(std::uint32_t domain) {
+  try {
+    const ros2::Node tried(domain, "youbotd");
+  } catch (const hal::SetupError& error) {
+    return {Mark::kFail, error.what()};
+  }
+  return {Mark::kOk, "ros2: domain " + std::to_string(domain) + " can be joined"};
 }
 
 }  // namespace youbotd

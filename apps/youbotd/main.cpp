@@ -201,6 +201,7 @@ int run_check(const Arguments& arguments, const operation::Config& config) {
   youbotd::CheckOptions options = check_options(arguments);
   options.control_socket = arguments.control_socket;
   options.page = arguments.page;
+  options.ros2 = arguments.ros2;
   const youbotd::Findings findings = youbotd::check(config, options);
   if (arguments.format == runtime::Format::kJson)
     runtime::print(youbotd::json_of(findings));

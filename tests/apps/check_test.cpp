@@ -279,6 +279,18 @@ TEST(CheckCommand, ChecksWhatItWouldServe) {
   EXPECT_TRUE(result.said("FAIL  page at 192.0.2.1:8765: ")) << result.output;
 }
 
+TEST(CheckCommand, JoinsTheDomainThatItWouldPublishTo) {
+  const std::string on_interface = "CYCLONEDDS_URI='<General><Interfaces><NetworkInterface name=\"";
+  const std::string end = "\"/></Interfaces></General>' ";
+  const support::CommandResult free =
+      support::run_command(on_interface + "lo" + end + kCheck + "--allow-non-rt --ros2 77");
+  EXPECT_TRUE(free.said("ok    ros2: domain 77 can be joined")) << free.output;
+  const support::CommandResult result =
+      support::run_command(on_interface + "nosuch0" + end + kCheck + "--allow-non-rt --ros2 77");
+  EXPECT_EQ(result.exit_code, 3) << result.output;
+  EXPECT_TRUE(result.said("FAIL  ros2: ")) << result.output;
+}
+
 TEST(CheckCommand, ABusMayHaveAnotherPeriod) {
   const support::TemporaryDirectory folder;
   const std::string slow =
