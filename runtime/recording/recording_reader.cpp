@@ -80,6 +80,32 @@ std::string quoted(std::string_view text) {
   return result + (text.size() > kLongest ? "…'" : "'");
 }
 
+/// The remedy for tables of other programs.
+constexpr std::string_view kMapIt =
+    "name it in a column map: youbot-gap --columns MAP, or youbotctl convert TABLE OUT --columns MAP";
+
+/// What stands between the names instead of a comma, for messages; empty if there is no such character.
+std::string_view other_separator(std::string_view names) {
+  constexpr auto has = [](std::string_view text, char c) { return text.find(c) != text.npos; };
+  if (has(names, ';')) return "';'";
+  if (has(names, ',')) return {};
+  if (has(names, '\t')) return "tabs";
+  if (has(names, '|')) return "'|'";
+  return has(trimmed(names), ' ') ? "blanks" : "";
+}
+
+/// Whether a comma follows a digit and precedes one, and no point does.
+bool has_decimal_comma(std::string_view row) {
+  const auto is_digit = [](char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; };
+  bool found = false;
+  for (std::size_t i = 1; i + 1 < row.size(); ++i) {
+    if (!is_digit(row[i - 1]) || !is_digit(row[i + 1])) continue;
+    if (row[i] == '.') return false;
+    found |= row[i] == ',';
+  }
+  return found;
+}
+
 std::string shortest(double value) {
   std::array<char, 32> text{};
   return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
@@ -123,6 +149,14 @@ class Reader {
     std::vector<std::string_view> fields;
     split(line, separator, fields);
     const std::vector<std::string> names(fields.begin(), fields.end());
+    std::string_view found = other_separator(line);
+    if (found.empty() && separator != ',' && line.find(',') != line.npos) found = "','";
+    if (names.size() == 1 && !found.empty())
+      fail(line_, "columns are separated by " + std::string(found) + ", not by " +
+                      (separator == '\t' ? "tabs" : "'" + std::string(1, separator) + "'") + "; " +
+                      (map.separator != 0 && found != "'|'" && found != "blanks"
+                           ? "correct or delete separator in " + map.name
+                           : "export with ',', ';' or tabs between"));
     ColumnMapper mapper = begin_mapped(map, names, {});
     result_.first_row_line = line_ + 1;
     std::size_t blank = 0;  // lines, allowed only at the end
@@ -313,8 +347,11 @@ class Reader {
       problem(line_, "the file ends within the row of column names; nothing was recorded");
       return false;
     }
-    if (line.find(';') != line.npos || (line.find('\t') != line.npos && line.find(',') == line.npos)) {
-      problem(line_, "columns are not separated by commas; export with ',' between and '.' as decimal point");
+    // Prose has blanks, too.
+    if (const std::string_view separator = other_separator(line);
+        !separator.empty() && (separator != "blanks" || titled_ ||
+                               !right_name(trimmed(line).substr(0, trimmed(line).find(' '))).empty())) {
+      refuse_separator(separator);
       return false;
     }
     if (const auto columns = 1 + std::count(line.begin(), line.end(), ',');
@@ -341,6 +378,23 @@ class Reader {
     }
     require_time(seen);
     return true;
+  }
+
+  /// The names are in the current line; the row that follows shows the decimal point.
+  void refuse_separator(std::string_view separator) {
+    const std::size_t names_line = line_;
+    std::string_view row;
+    bool whole = true;
+    const bool decimal_comma = next_line(row, whole) && has_decimal_comma(row);
+    const bool is_mapped = separator == "';'" || separator == "tabs";
+    problem(names_line,
+            "columns are separated by " + std::string(separator) + ", not by commas" +
+                (decimal_comma ? ", and the decimal point is a comma" : "") +
+                "; export with ',' between and '.' as decimal point" +
+                (is_mapped ? ", or read the table with a column map" +
+                                 std::string(decimal_comma ? " that has decimal = \",\"" : "") +
+                                 ": youbot-gap --columns MAP, or youbotctl convert TABLE OUT --columns MAP"
+                           : ""));
   }
 
   void require_time(const std::set<std::string_view>& seen) {

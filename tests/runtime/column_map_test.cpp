@@ -104,6 +104,15 @@ TEST_F(ColumnMaps, SeparatorsQuotationMarksByteOrderMarkAndLineEndsOfOtherProgra
   }
 }
 
+TEST_F(ColumnMaps, AnotherSeparatorThanTheMapsIsNamed) {
+  expect_problem("t;q\n0;1\n", "separator = \",\"\n" + kTime + kPosition,
+                 "f.csv:1: columns are separated by ';', not by ','; correct or delete separator in ");
+  expect_problem("t,q\n0,1\n", "separator = \"tab\"\n" + kTime + kPosition,
+                 "columns are separated by ',', not by tabs; correct or delete separator in ");
+  expect_problem("t|q\n0|1\n", kTime + kPosition,
+                 "columns are separated by '|', not by ','; export with ',', ';' or tabs between");
+}
+
 TEST_F(ColumnMaps, DecimalCommasAreReadIfTheMapSaysSoAndNamedOtherwise) {
   const std::string table = "t;q\n0,0;1,5\n0,5;-2,25\n";
   const auto read = parse_recording(table, "f.csv", map("decimal = \",\"\n" + kTime + kPosition));

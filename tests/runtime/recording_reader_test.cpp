@@ -127,12 +127,29 @@ TEST(RecordingReader, RefusesWithFileLineAndRemedy) {
   expect_problem(kHead + "time_s,position_rad\n0,1x\n", "'1x' is not a number");
   expect_problem(kHead + "time_s,position_rad\n0,1\n0,2\n", "f.csv:7: time_s repeats 0");
   expect_problem(kHead + "time_s,position_rad\n0.5,1\n0.25,2\n", "time_s runs backward, from 0.5 to 0.25");
-  expect_problem(kHead + "time_s;position_rad\n0;1\n", "not separated by commas");
   expect_problem(kHead + "time_s,position_rad\n0,001,0,5\n", "decimal commas");
   expect_problem(kHead + "time_s,position_rad\n0;1\n", "decimal commas");
   expect_problem("# youbot recording v2\ntime_s\n0\n", "f.csv:1: 'youbot recording v2'");
   expect_problem("# youbot recording v1\n# sample_rate_Hz: fast\ntime_s\n0\n",
                  "f.csv:2: sample_rate_Hz is 'fast'");
+}
+
+TEST(RecordingReader, NamesAnotherSeparatorAndTheRemedy) {
+  EXPECT_EQ(problems(kHead + "time_s;position_rad\n0,5;1,5\n"),
+            "f.csv:5: columns are separated by ';', not by commas, and the decimal point is a comma; export "
+            "with ',' between and '.' as decimal point, or read the table with a column map that has decimal "
+            "= \",\": youbot-gap --columns MAP, or youbotctl convert TABLE OUT --columns MAP");
+  EXPECT_EQ(
+      problems(kHead + "time_s\tposition_rad\n0.5\t1.5\n"),
+      "f.csv:5: columns are separated by tabs, not by commas; export with ',' between and '.' as decimal "
+      "point, or read the table with a column map: youbot-gap --columns MAP, or youbotctl convert TABLE "
+      "OUT --columns MAP");
+  const std::string export_it = ", not by commas; export with ',' between and '.' as decimal point";
+  EXPECT_EQ(problems(kHead + "time_s|position_rad\n0|1\n"),
+            "f.csv:5: columns are separated by '|'" + export_it);
+  EXPECT_EQ(problems("time_s position_rad\n0 1\n"), "f.csv:1: columns are separated by blanks" + export_it);
+  expect_problem("about something\nelse\n", "this is not a recording");
+  expect_problem(kHead + "Zeit;Winkel\n0;1\n", "columns are separated by ';'");
 }
 
 TEST(RecordingReader, ListsTheFirstTenProblemsAndCountsTheRest) {
