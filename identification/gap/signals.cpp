@@ -110,6 +110,14 @@ std::vector<double> evened(std::span<const double> time_s, std::span<const doubl
   return interpolated(time_s, values, period_s, values.size(), between);
 }
 
+/// "; its columns are time_s, q".
+std::string names_of(const Recording& recording) {
+  std::string names;
+  for (const Recording::Column& column : recording.columns)
+    (names += names.empty() ? "" : ", ") += column.name;
+  return "; its columns are " + names;
+}
+
 /// At the recording's own times.
 std::vector<double> position_of(const Source& source) {
   const Recording& recording = source.recording;
@@ -118,7 +126,8 @@ std::vector<double> position_of(const Source& source) {
     return {column.begin(), column.end()};
   }
   if (!recording.has("velocity_rad_per_s"))
-    refuse(source, "has no position_rad (nor velocity_rad_per_s); nothing can be said about motion");
+    refuse(source, "has no position_rad (nor velocity_rad_per_s); nothing can be said about motion" +
+                       names_of(recording));
   const auto time = recording.column("time_s");
   const auto velocity = recording.column("velocity_rad_per_s");
   std::vector<double> position(velocity.size());
@@ -144,7 +153,7 @@ std::vector<double> sampled_at(const Source& source, double period_s) {
 std::span<const double> torque_of(const Source& source) {
   for (const char* name : {"torque_measured_Nm", "torque_command_Nm"})
     if (source.recording.has(name)) return source.recording.column(name);
-  refuse(source, "has neither torque_measured_Nm nor torque_command_Nm");
+  refuse(source, "has neither torque_measured_Nm nor torque_command_Nm" + names_of(source.recording));
 }
 
 /// Share of the segment from `a` to `b` that is above zero.

@@ -43,11 +43,16 @@ constexpr auto kColumnUnitWords = std::to_array<std::string_view>(
      "rpm", "per", "nm",  "n",  "mnm",  "knm",   "ncm", "m",     "a",    "ma",      "c",     "k",
      "f",   "kg",  "cm2", "g",  "ozin", "ticks", "inc", "count", "raw",  "percent", "counts"});
 
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
+  return lower;
+}
+
 bool is_unit(std::string_view words) {
   while (!words.empty()) {
     const std::size_t end = std::min(words.find('_'), words.size());
-    std::string word(words.substr(0, end));
-    std::transform(word.begin(), word.end(), word.begin(), [](unsigned char c) { return std::tolower(c); });
+    const std::string word = lower_case(words.substr(0, end));
     if (std::find(kColumnUnitWords.begin(), kColumnUnitWords.end(), word) == kColumnUnitWords.end())
       return false;
     words.remove_prefix(std::min(end + 1, words.size()));
@@ -61,6 +66,48 @@ std::string_view right_name(std::string_view column) {
     if (!column.starts_with(known.quantity)) continue;
     const std::string_view rest = column.substr(known.quantity.size());
     if (rest.empty() || (rest.front() == '_' && is_unit(rest.substr(1)))) return known.name;
+  }
+  return {};
+}
+
+/// What other programs call a quantity, in lower case.
+struct Alias {
+  std::string_view alias;
+  std::string_view name;
+};
+constexpr auto kAliases = std::to_array<Alias>({{"t", "time_s"},
+                                                {"sec", "time_s"},
+                                                {"secs", "time_s"},
+                                                {"seconds", "time_s"},
+                                                {"stamp", "time_s"},
+                                                {"timestamp", "time_s"},
+                                                {"elapsed", "time_s"},
+                                                {"q", "position_rad"},
+                                                {"pos", "position_rad"},
+                                                {"theta", "position_rad"},
+                                                {"angle", "position_rad"},
+                                                {"qpos", "position_rad"},
+                                                {"dq", "velocity_rad_per_s"},
+                                                {"qd", "velocity_rad_per_s"},
+                                                {"qdot", "velocity_rad_per_s"},
+                                                {"qvel", "velocity_rad_per_s"},
+                                                {"vel", "velocity_rad_per_s"},
+                                                {"speed", "velocity_rad_per_s"},
+                                                {"omega", "velocity_rad_per_s"},
+                                                {"tau", "torque_measured_Nm"},
+                                                {"torque", "torque_measured_Nm"},
+                                                {"effort", "torque_measured_Nm"}});
+
+/// The contract's name that an unknown `column` most likely stands for: its alias, with or without a unit.
+std::string_view likely_name(std::string_view column) {
+  const std::string lower = lower_case(column);
+  for (const KnownColumn& known : kKnownColumns)
+    if (lower == lower_case(known.name)) return known.name;
+  if (const std::string_view right = right_name(lower); !right.empty()) return right;
+  for (const auto& [alias, name] : kAliases) {
+    if (!lower.starts_with(alias)) continue;
+    const std::string_view rest = std::string_view(lower).substr(alias.size());
+    if (rest.empty() || (rest.front() == '_' && is_unit(rest.substr(1)))) return name;
   }
   return {};
 }
@@ -79,10 +126,6 @@ std::string quoted(std::string_view text) {
     result += std::isprint(static_cast<unsigned char>(c)) ? c : '?';
   return result + (text.size() > kLongest ? "…'" : "'");
 }
-
-/// The remedy for tables of other programs.
-constexpr std::string_view kMapIt =
-    "name it in a column map: youbot-gap --columns MAP, or youbotctl convert TABLE OUT --columns MAP";
 
 /// What stands between the names instead of a comma, for messages; empty if there is no such character.
 std::string_view other_separator(std::string_view names) {
@@ -369,14 +412,15 @@ class Reader {
       line.remove_prefix(comma + 1);
     }
     if (!titled_ && std::none_of(seen.begin(), seen.end(), [](std::string_view name) {
-          return is_known_column(name) || !right_name(name).empty();
+          return is_known_column(name) || !likely_name(name).empty();
         })) {
       problems_.clear();
       problem_count_ = 0;
-      problem(line_, "this is not a recording: neither its first line nor any column name is known");
+      problem(line_,
+              "this is not a recording: neither its first line nor any column name is known" + map_it(seen));
       return false;
     }
-    require_time(seen);
+    check_names(seen);
     return true;
   }
 
@@ -397,18 +441,52 @@ class Reader {
                            : ""));
   }
 
+  /// The remedy for the names of another program's table.
+  static std::string map_it(const std::set<std::string_view>& seen) {
+    return seen.size() < 2 ? ""
+                           : "; a column map says which column is what, in which unit: youbot-gap --columns "
+                             "MAP, or youbotctl convert TABLE OUT --columns MAP";
+  }
+
+  /// Names that are unknown, and what they may stand for.
+  void check_names(const std::set<std::string_view>& seen) {
+    for (const identification::Recording::Column& column : result_.recording.columns) {
+      const std::string_view name = column.name;
+      if (name.empty() || is_known_column(name) || !right_name(name).empty()) continue;
+      const std::string_view likely = likely_name(name);
+      if (!likely.empty() && !seen.contains(likely) && lower_case(name) == lower_case(likely))
+        problem(line_, "column " + quoted(name) + " must be " + std::string(likely) +
+                           ", in this case: rename it, or name it in a column map: youbot-gap --columns MAP, "
+                           "or youbotctl convert TABLE OUT --columns MAP");
+      else if (likely == "time_s" && !seen.contains(likely))
+        continue;  // reported as missing
+      else
+        warn(line_, "column " + quoted(name) + " is not part of the format; kept as it is" +
+                        (likely.empty() || seen.contains(likely)
+                             ? ""
+                             : ". If it is " + std::string(likely) + ", rename it" + map_it(seen)));
+    }
+    require_time(seen);
+  }
+
   void require_time(const std::set<std::string_view>& seen) {
-    const bool misnamed_time = std::any_of(
-        seen.begin(), seen.end(), [](std::string_view name) { return right_name(name) == "time_s"; });
-    if (!seen.contains("time_s") && !misnamed_time)
-      problem(line_, "column time_s is missing; every recording needs it");
+    if (seen.contains("time_s")) return;
+    std::string_view nearest;
+    for (const std::string_view name : seen) {
+      if (right_name(name) == "time_s" || lower_case(name) == "time_s") return;  // reported
+      if (nearest.empty() && likely_name(name) == "time_s") nearest = name;
+    }
+    problem(line_, "column time_s is missing; every recording needs it" +
+                       (nearest.empty()
+                            ? map_it(seen)
+                            : ". If it is " + quoted(nearest) + " and in seconds, rename it" + map_it(seen)));
   }
 
   void take_head(const mcap::RecordingHead& head) {
     for (const auto& [key, value] : head.comments) take_comment(key, value);
     std::set<std::string_view> seen;
     for (const auto& column : head.columns) add_column(column.name, seen);
-    require_time(seen);
+    check_names(seen);
   }
 
   void take_row(std::span<const double> row) {
@@ -436,8 +514,6 @@ class Reader {
       if (const std::string_view right = right_name(name); !right.empty())
         problem(line_, "column " + quoted(name) + " must be " + std::string(right) +
                            ": convert its values and rename it");
-      else
-        warn(line_, "column " + quoted(name) + " is not part of the format; kept as it is");
     }
     recording.columns.push_back({std::string(name), {}});
   }

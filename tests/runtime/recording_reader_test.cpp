@@ -26,6 +26,10 @@ const std::string kValid = kHead +
                            "0.000,0.01,1.5\n"
                            "0.001,-0.02,1.25e-1\n";
 
+const std::string kMapIt =
+    "; a column map says which column is what, in which unit: youbot-gap --columns MAP, or youbotctl convert "
+    "TABLE OUT --columns MAP";
+
 /// All problems in one text; "" when there are none.
 std::string problems(const std::string& text) {
   try {
@@ -113,7 +117,7 @@ TEST(RecordingReader, RefusesWithFileLineAndRemedy) {
   expect_problem(kHead, "no row of column names");
   expect_problem(kHead + "time_s,position_rad\n", "no data rows");
   EXPECT_EQ(problems("# Some text\n\nabout, something\nelse\n"),
-            "f.csv:3: this is not a recording: neither its first line nor any column name is known");
+            "f.csv:3: this is not a recording: neither its first line nor any column name is known" + kMapIt);
   expect_problem(kHead + "0,1\n1,2\n", "f.csv:5: data begin here, but no row of column names");
   expect_problem(kHead + "position_rad\n1\n", "column time_s is missing");
   expect_problem(kHead + "time_s,time_s\n0,1\n", "is there twice");
@@ -150,6 +154,40 @@ TEST(RecordingReader, NamesAnotherSeparatorAndTheRemedy) {
   EXPECT_EQ(problems("time_s position_rad\n0 1\n"), "f.csv:1: columns are separated by blanks" + export_it);
   expect_problem("about something\nelse\n", "this is not a recording");
   expect_problem(kHead + "Zeit;Winkel\n0;1\n", "columns are separated by ';'");
+}
+
+TEST(RecordingReader, NamesTheColumnThatAMissingOneMayBe) {
+  EXPECT_EQ(problems(kHead + "Time_s,position_rad\n0,1\n"),
+            "f.csv:5: column 'Time_s' must be time_s, in this case: rename it, or name it in a column map: "
+            "youbot-gap --columns MAP, or youbotctl convert TABLE OUT --columns MAP");
+  expect_problem(kHead + "time_s,Position_Rad\n0,1\n",
+                 "column 'Position_Rad' must be position_rad, in this case");
+  for (const std::string name : {"t", "T", "Time", "Timestamp", "t_ms", "elapsed_s"})
+    EXPECT_EQ(problems(kHead + name + ",q\n0,1\n"),
+              "f.csv:5: column time_s is missing; every recording needs it. If it is '" + name +
+                  "' and in seconds, rename it" + kMapIt);
+  EXPECT_EQ(
+      problems("t,q,qd,tau\n0,1,2,3\n"),
+      "f.csv:1: column time_s is missing; every recording needs it. If it is 't' and in seconds, rename "
+      "it" +
+          kMapIt);
+  expect_problem(kHead + "x,position_rad\n0,1\n",
+                 "column time_s is missing; every recording needs it" + kMapIt);
+  for (const auto& [name, likely] :
+       std::vector<std::pair<std::string, std::string>>{{"q", "position_rad"},
+                                                        {"theta_deg", "position_rad"},
+                                                        {"qd", "velocity_rad_per_s"},
+                                                        {"Velocity", "velocity_rad_per_s"},
+                                                        {"tau", "torque_measured_Nm"}}) {
+    const auto warnings = parse_recording(kHead + "time_s," + name + "\n0,1\n", "f.csv").warnings;
+    ASSERT_EQ(warnings.size(), 1u) << name;
+    EXPECT_EQ(warnings[0], "f.csv:5: column '" + name +
+                               "' is not part of the format; kept as it is. If it is " + likely +
+                               ", rename it" + kMapIt);
+  }
+  const auto both = parse_recording(kHead + "time_s,t,position_rad,q\n0,1,2,3\n", "f.csv");
+  EXPECT_EQ(both.warnings.size(), 2u);
+  EXPECT_EQ(both.warnings[1], "f.csv:5: column 'q' is not part of the format; kept as it is");
 }
 
 TEST(RecordingReader, ListsTheFirstTenProblemsAndCountsTheRest) {
