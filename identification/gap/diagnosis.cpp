@@ -26,6 +26,7 @@ std::set<std::size_t> among(const std::vector<std::size_t>& rows, const std::set
 Diagnosed diagnose(std::vector<Source> sources, const model::effects::DriveModel& base) {
   Diagnosed result;
   for (Source& source : sources) {
+    count_from_first_row(source, result.diagnosis);
     drop_dead_columns(source, result.diagnosis);
     drop_held_torque(source, result.diagnosis);
     unwrap_position(source, result.diagnosis);

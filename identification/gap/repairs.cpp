@@ -37,6 +37,8 @@ constexpr double kMaxJumps = 0.005;
 /// Minimum share of the values at the end of a sensor's range, and its ratio to the next value.
 constexpr double kMinSaturated = 0.003;
 constexpr std::size_t kFarMore = 5;
+/// No drive runs that long: three years.
+constexpr double kOtherEpoch_s = 1e8;
 /// Tolerance for a jump of a whole turn.
 constexpr double kWholeTurn = 0.02;
 /// Minimum number of jumps by a full range of counts before the range counts as one turn.
@@ -183,6 +185,18 @@ std::size_t held_rows(std::span<const double> values) {
 }
 
 }  // namespace
+
+void count_from_first_row(Source& source, Diagnoses& diagnoses) {
+  std::vector<double>* const time_s = column_of(source, "time_s");
+  if (time_s == nullptr || time_s->empty() || std::abs(time_s->front()) < kOtherEpoch_s) return;
+  const double first_s = time_s->front();
+  for (double& t : *time_s) t -= first_s;
+  if (source.running_from_s) *source.running_from_s -= first_s;
+  diagnoses.push_back({source.name, "time_s",
+                       "begins at " + std::to_string(std::llround(first_s)) +
+                           " s, like a clock that counts from another epoch, such as 1970",
+                       "counted from the first row"});
+}
 
 void drop_dead_columns(Source& source, Diagnoses& diagnoses) {
   const auto drop = [&](const char* name, const std::string& found, const std::string& done) {

@@ -11,6 +11,10 @@ namespace identification::gap {
 
 using Diagnoses = std::vector<Diagnosis>;
 
+/// Times of a clock that started years ago count from the first row: of seconds since 1970, texts with few
+/// digits show only the years.
+void count_from_first_row(Source& source, Diagnoses& diagnoses);
+
 /// Removes a torque column that is constant while its command changes, a position that is constant while the
 /// velocity is not zero, and the reverse.
 /// @throws std::invalid_argument if no torque is left.

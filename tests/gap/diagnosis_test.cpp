@@ -93,6 +93,29 @@ TEST(Diagnosis, HealthyRecordingsStayAsTheyAre) {
     EXPECT_EQ(diagnosed.sources[0].recording.columns[c].values, source.recording.columns[c].values);
 }
 
+TEST(Diagnosis, TimesSince1970CountFromTheFirstRow) {
+  Source source = healthy();
+  constexpr double kEpoch_s = 1.7e9;
+  for (double& t : column(source, "time_s")) t += kEpoch_s;
+  // A hole, so that the parts are named after their times.
+  for (std::size_t i = 5000; i < 10000; ++i) column(source, "time_s")[i] += 3;
+  remove(source, "velocity_rad_per_s");
+  const Diagnosed diagnosed = diagnose({source}, base());
+  EXPECT_TRUE(
+      contains(noticed(diagnosed),
+               "a.csv: time_s begins at 1700000000 s, like a clock that counts from another epoch, such "
+               "as 1970: counted from the first row"))
+      << noticed(diagnosed);
+  ASSERT_EQ(diagnosed.sources.size(), 2U);
+  EXPECT_EQ(diagnosed.sources[0].name, "a.csv, 0 s to 10 s");
+  EXPECT_EQ(diagnosed.sources[1].name, "a.csv, 13 s to 23 s");
+  EXPECT_EQ(diagnosed.sources[1].running_from_s, 0);
+  const auto time_s = diagnosed.sources[1].recording.column("time_s");
+  // Half of the last binary digit of 1.7e9 s is 0.12 µs.
+  for (std::size_t i = 0; i < time_s.size(); ++i)
+    ASSERT_NEAR(time_s[i], 13 + static_cast<double>(i) * kPeriod_s, 5e-7);
+}
+
 TEST(Diagnosis, TorqueSpikesAreInterpolatedAndCounted) {
   Source source = healthy();
   const Source clean = source;
