@@ -6,9 +6,11 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <functional>
 #include <limits>
 #include <map>
+#include <optional>
 #include <set>
 #include <span>
 #include <stdexcept>
@@ -158,6 +160,78 @@ std::string shortest(double value) {
 bool parse_number(std::string_view text, double& value) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   return error == std::errc() && end == text.data() + text.size();
+}
+
+/// Three digits, without an exponent where that is as short: a few rounded times show no more of a rate.
+std::string rounded_text(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.2e", value);
+  return shortest(std::strtod(text.data(), nullptr));
+}
+
+/// At least this share of the rows has the time of the row before.
+constexpr double kManyRepeats = 0.2;
+constexpr std::size_t kMinRoundedSteps = 10;
+/// Of a stated rate.
+constexpr double kSameRate = 0.02;
+
+/// Times with too few decimals for their rate.
+struct RoundedTimes {
+  double step_s = 0;    ///< they are rounded to
+  double period_s = 0;  ///< of the rows, on average
+  bool even = false;    ///< even rows lie within a step of all times
+};
+
+/// Whether rows `period_s` apart lie within a step of all times.
+bool are_even(std::span<const double> time_s, double period_s, double step_s) {
+  double lowest_s = 0;
+  double highest_s = 0;
+  for (std::size_t i = 0; i < time_s.size(); ++i) {
+    const double off_s = time_s[i] - time_s.front() - static_cast<double>(i) * period_s;
+    lowest_s = std::min(lowest_s, off_s);
+    highest_s = std::max(highest_s, off_s);
+  }
+  return highest_s - lowest_s < step_s + period_s;
+}
+
+/// Nothing if too few times repeat, or if a row that repeats its time repeats everything.
+std::optional<RoundedTimes> rounded_times(const identification::Recording& recording, std::size_t repeats) {
+  const std::size_t rows = recording.rows();
+  if (!recording.has("time_s") || static_cast<double>(repeats) < kManyRepeats * static_cast<double>(rows))
+    return std::nullopt;
+  const auto time_s = recording.column("time_s");
+  std::vector<double> steps;
+  bool copies = true;
+  for (std::size_t i = 1; i < rows; ++i) {
+    if (time_s[i] != time_s[i - 1]) {
+      steps.push_back(time_s[i] - time_s[i - 1]);
+      continue;
+    }
+    copies = copies && std::ranges::all_of(recording.columns, [i](const auto& column) {
+               return column.values[i] == column.values[i - 1];
+             });
+  }
+  if (copies || steps.size() < kMinRoundedSteps) return std::nullopt;
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::ranges::nth_element(steps, middle);
+  RoundedTimes result{.step_s = *middle};
+  // The straight line of least squares, from the middle, so that seconds since 1970 keep their digits.
+  const double centre = 0.5 * static_cast<double>(rows - 1);
+  const double centre_s = time_s[rows / 2];
+  double product = 0;
+  double squares = 0;
+  for (std::size_t i = 0; i < rows; ++i) {
+    const double from_centre = static_cast<double>(i) - centre;
+    product += from_centre * (time_s[i] - centre_s);
+    squares += from_centre * from_centre;
+  }
+  result.period_s = product / squares;
+  const double stated_s = 1 / recording.sample_rate_Hz;
+  if (recording.sample_rate_Hz > 0 && std::abs(result.period_s / stated_s - 1) < kSameRate &&
+      are_even(time_s, stated_s, result.step_s))
+    result.period_s = stated_s;
+  result.even = are_even(time_s, result.period_s, result.step_s);
+  return result;
 }
 
 class Reader {
@@ -567,13 +641,16 @@ class Reader {
     if (time_column_ >= row.size()) return true;
     const double time_s = row[time_column_];
     const bool increases = !have_time_ || time_s > last_time_s_;
+    // The whole file shows whether times that repeat are rounded; until then, the row stays.
+    const bool repeats = have_time_ && time_s == last_time_s_;
+    repeats_ += repeats ? 1 : 0;
     if (!increases)
       problem(line_, "time_s " + std::string(time_s == last_time_s_ ? "repeats " : "runs backward, from ") +
                          shortest(last_time_s_) + (time_s == last_time_s_ ? "" : " to " + shortest(time_s)) +
                          "; split the file there or delete the line");
     have_time_ = true;
     last_time_s_ = time_s;
-    return increases;
+    return increases || repeats;
   }
 
   /// True if the row may be accepted.
@@ -638,7 +715,40 @@ class Reader {
     if (count > lines.size())
       lines.push_back(located(0, "and " + std::to_string(count - lines.size()) + " more " + what));
   }
+  /// Replaces the problems of a file in which nothing but times repeat because they were rounded.
+  void judge_repeats() {
+    if (repeats_ == 0 || repeats_ != problem_count_) return;
+    const std::optional<RoundedTimes> rounded = rounded_times(result_.recording, repeats_);
+    if (!rounded) return;
+    problems_.clear();
+    problem_count_ = 0;
+    const std::string found = "time_s is the same as in the row before in " + std::to_string(repeats_) +
+                              " rows, because it is rounded to " + rounded_text(rounded->step_s) +
+                              " s while rows are " + rounded_text(rounded->period_s) + " s apart";
+    const double stated_Hz = result_.recording.sample_rate_Hz;
+    const std::string rate = rounded_text(1 / rounded->period_s);
+    if (!rounded->even)
+      problem(0,
+              found + "; the rows are not even, so that only an export with more decimals gives their times");
+    else if (!(stated_Hz > 0))
+      problem(0, found +
+                     "; export it with more decimals or, if the rows come at an even rate, state it above "
+                     "the column names: # sample_rate_Hz: " +
+                     rate);
+    else if (std::abs(stated_Hz * rounded->period_s - 1) > kSameRate)
+      problem(0, found + ", which is " + rate + " Hz, not the stated sample_rate_Hz of " +
+                     rounded_text(stated_Hz) + "; correct one of them");
+    else {
+      std::vector<double>& time_s = result_.recording.columns[time_column_].values;
+      const double first_s = time_s.front();
+      for (std::size_t i = 0; i < time_s.size(); ++i)
+        time_s[i] = first_s + static_cast<double>(i) * rounded->period_s;
+      warn(0, found + "; as sample_rate_Hz is stated, rows are taken as even, at " + rate + " Hz");
+    }
+  }
+
   void finish() {
+    judge_repeats();
     count_more(result_.warnings, warning_count_, "warnings");
     if (problems_.empty()) return;
     count_more(problems_, problem_count_, "problems");
@@ -657,6 +767,7 @@ class Reader {
   std::size_t time_column_ = static_cast<std::size_t>(-1);
   bool have_time_ = false;
   double last_time_s_ = 0;
+  std::size_t repeats_ = 0;  // rows with the time of the row before
   ReadRecording result_;
   std::vector<std::string> problems_;
   std::size_t problem_count_ = 0;

@@ -190,6 +190,61 @@ TEST(RecordingReader, NamesTheColumnThatAMissingOneMayBe) {
   EXPECT_EQ(both.warnings[1], "f.csv:5: column 'q' is not part of the format; kept as it is");
 }
 
+/// Rows `period_s` apart with times of two decimals.
+std::string rounded_rows(double period_s, double first_s = 0) {
+  std::string text = "time_s,position_rad\n";
+  char row[64];
+  for (int i = 0; i < 500; ++i)
+    text.append(row, static_cast<std::size_t>(
+                         std::snprintf(row, sizeof row, "%.2f,%d\n", first_s + i * period_s, i)));
+  return text;
+}
+const std::string kTitle = "# youbot recording v1\n";
+
+TEST(RecordingReader, TimesWithTooFewDecimalsAreNamedAsRounded) {
+  EXPECT_EQ(
+      problems(kTitle + rounded_rows(1e-3)),
+      "f.csv: time_s is the same as in the row before in 449 rows, because it is rounded to 0.01 s while "
+      "rows are 0.001 s apart; export it with more decimals or, if the rows come at an even rate, state it "
+      "above the column names: # sample_rate_Hz: 1000");
+  // Also at a rate that is no divisor of the rounding, and in seconds since 1970.
+  expect_problem(kTitle + rounded_rows(0.007), "is rounded to 0.01 s while rows are 0.007 s apart");
+  expect_problem(kTitle + rounded_rows(1e-3, 1.7e9), "sample_rate_Hz: 1000");
+  expect_problem(kTitle + "# sample_rate_Hz: 500\n" + rounded_rows(1e-3),
+                 "which is 1000 Hz, not the stated sample_rate_Hz of 500; correct one of them");
+}
+
+TEST(RecordingReader, AStatedRateGivesRoundedTimesBack) {
+  for (const double first_s : {0.0, 1.7e9}) {
+    const auto read =
+        parse_recording(kTitle + "# sample_rate_Hz: 1000\n" + rounded_rows(1e-3, first_s), "f.csv");
+    ASSERT_EQ(read.recording.rows(), 500U);
+    ASSERT_EQ(read.warnings.size(), 1U);
+    EXPECT_NE(read.warnings[0].find("as sample_rate_Hz is stated, rows are taken as even, at 1000 Hz"),
+              std::string::npos)
+        << read.warnings[0];
+    const auto time_s = read.recording.column("time_s");
+    for (std::size_t i = 1; i < 500; ++i) ASSERT_NEAR(time_s[i] - time_s[i - 1], 1e-3, 2e-6);
+  }
+}
+
+TEST(RecordingReader, TimesThatRepeatForAnotherReasonAreNotCalledRounded) {
+  // Each row twice.
+  std::string twice = kTitle + "# sample_rate_Hz: 1000\ntime_s,position_rad\n";
+  for (int i = 0; i < 100; ++i)
+    for (int copy = 0; copy < 2; ++copy) twice += std::to_string(0.001 * i) + "," + std::to_string(i) + "\n";
+  expect_problem(twice, "f.csv:5: time_s repeats 0; split the file there or delete the line");
+  // A time that stops and goes on is not even.
+  std::string stops = kTitle + "# sample_rate_Hz: 1000\ntime_s,position_rad\n";
+  for (int i = 0; i < 500; ++i)
+    stops += std::to_string(i < 300   ? 0.001 * i
+                            : i < 450 ? 0.3
+                                      : 0.001 * (i - 150)) +
+             "," + std::to_string(i) + "\n";
+  EXPECT_EQ(problems(stops).find("as sample_rate_Hz is stated"), std::string::npos);
+  EXPECT_NE(problems(stops), "");
+}
+
 TEST(RecordingReader, ListsTheFirstTenProblemsAndCountsTheRest) {
   std::string text = kHead + "time_s,position_deg\n";
   for (int i = 0; i < 50; ++i) text += "0,1\n";
