@@ -107,7 +107,8 @@ std::string where_text(const identification::gap::Where& where) {
 
 std::string interval_text(const identification::fit::Estimate& estimate) {
   if (!estimate.ok()) return "not identifiable: " + estimate.not_identifiable;
-  return fmt::format("95 %: {:.4g} to {:.4g}", estimate.lower, estimate.upper);
+  const auto text = runtime::interval_text(estimate.value, estimate.lower, estimate.upper);
+  return "95 %: " + text.lower + " to " + text.upper;
 }
 
 std::vector<identification::fit::Estimate> parameters_of(const FoundEffect& found) {

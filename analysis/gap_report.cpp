@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "analysis/gap_plots.h"
+#include "analysis/interval_cells.h"
 #include "runtime/configuration/quantity.h"
 #include "runtime/program/wording.h"
 
@@ -114,9 +115,9 @@ void add_found(report::Page& page, const Findings& findings) {
                     number_text(found.p_value)});
     for (const Estimate& estimate : parameters_of(found)) {
       const Quantity quantity = quantity_of(estimate.name);
-      parameters.push_back({name, quantity.name, estimate.value, estimate.ok() ? estimate.lower : kNone,
-                            estimate.ok() ? estimate.upper : kNone, quantity.unit,
-                            estimate.not_identifiable});
+      const auto [value, lower, upper] = interval_cells(estimate.value, estimate);
+      parameters.push_back(
+          {name, quantity.name, value, lower, upper, quantity.unit, estimate.not_identifiable});
     }
     if (!found.equivalent.empty())
       rivals.push_back({name, joined(found.equivalent), wins_text(found),
@@ -221,9 +222,9 @@ void add_refitted(report::Page& page, const Findings& findings) {
   for (const Refitted& refitted : refitted_parameters(findings)) {
     const Estimate& after = refitted.after;
     const Quantity quantity = quantity_of(after.name);
+    const auto [now, lower, upper] = interval_cells(after.ok() ? after.value : kNone, after);
     rows.push_back({refitted.effect_type.empty() ? "the drive itself" : effect_words(refitted.effect_type),
-                    quantity.name, refitted.before, after.ok() ? after.value : kNone,
-                    after.ok() ? after.lower : kNone, after.ok() ? after.upper : kNone, quantity.unit,
+                    quantity.name, refitted.before, now, lower, upper, quantity.unit,
                     after.not_identifiable});
   }
   if (rows.empty()) return;

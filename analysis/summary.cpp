@@ -10,6 +10,12 @@
 namespace analysis {
 namespace {
 
+/// "0.083 N·m (0.081 to 0.085)"
+std::string estimate_text(const identification::fit::Estimate& estimate, const std::string& unit) {
+  const auto text = runtime::interval_text(estimate.value, estimate.lower, estimate.upper);
+  return text.value + (unit.empty() ? "" : " " + unit) + " (" + text.lower + " to " + text.upper + ")";
+}
+
 /// "static torque 0.083 N·m (0.081 to 0.085), …"
 std::string parameters_text(const identification::gap::FoundEffect& found) {
   std::string text;
@@ -17,9 +23,7 @@ std::string parameters_text(const identification::gap::FoundEffect& found) {
     const runtime::Quantity quantity = runtime::quantity_of(estimate.name);
     text += text.empty() ? "" : ", ";
     if (estimate.ok())
-      text +=
-          fmt::format("{} {} ({:.4g} to {:.4g})", quantity.name,
-                      runtime::number_text(estimate.value, quantity.unit), estimate.lower, estimate.upper);
+      text += quantity.name + " " + estimate_text(estimate, quantity.unit);
     else
       text += fmt::format("{} {} ({})", quantity.name, runtime::number_text(estimate.value, quantity.unit),
                           estimate.not_identifiable);
@@ -58,11 +62,9 @@ std::string refitted_text(const Findings& findings) {
     if (!std::isfinite(refitted.before) || !refitted.after.ok()) continue;
     if (refitted.before >= refitted.after.lower && refitted.before <= refitted.after.upper) continue;
     const runtime::Quantity quantity = runtime::quantity_of(refitted.after.name);
-    text +=
-        fmt::format("  = {}{}: {:.4g} -> {} ({:.4g} to {:.4g})\n",
-                    refitted.effect_type.empty() ? "" : effect_words(refitted.effect_type) + " ",
-                    quantity.name, refitted.before, runtime::number_text(refitted.after.value, quantity.unit),
-                    refitted.after.lower, refitted.after.upper);
+    text += fmt::format("  = {}{}: {:.4g} -> {}\n",
+                        refitted.effect_type.empty() ? "" : effect_words(refitted.effect_type) + " ",
+                        quantity.name, refitted.before, estimate_text(refitted.after, quantity.unit));
   }
   return text;
 }

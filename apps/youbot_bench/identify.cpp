@@ -26,6 +26,7 @@
 #include "runtime/configuration/whole_file.h"
 #include "runtime/log.h"
 #include "runtime/program/exit_code.h"
+#include "runtime/program/wording.h"
 #include "runtime/recording/output_directory.h"
 #include "runtime/recording/recording_reader.h"
 
@@ -53,13 +54,13 @@ void print_estimates(const Teller& tell, const std::vector<Estimate>& estimates)
   for (const Estimate& estimate : estimates) {
     const auto [name, unit] = quantity_of(estimate);
     const bool given = is_given(estimate);
-    const std::string value = estimate.ok() || given ? fmt::format("{:.5g}", estimate.value) : "-";
-    if (estimate.ok())
-      tell("  {:<27} {:>12}   {:<26} {}\n", name, value,
-           fmt::format("{:.5g} … {:.5g}", estimate.lower, estimate.upper), unit);
-    else
-      tell("  {:<27} {:>12}   {}{}\n", name, value,
+    if (estimate.ok()) {
+      const auto text = runtime::interval_text(estimate.value, estimate.lower, estimate.upper, 5, 5);
+      tell("  {:<27} {:>12}   {:<26} {}\n", name, text.value, text.lower + " … " + text.upper, unit);
+    } else {
+      tell("  {:<27} {:>12}   {}{}\n", name, given ? fmt::format("{:.5g}", estimate.value) : "-",
            given ? "" : "not identifiable: ", estimate.not_identifiable);
+    }
   }
 }
 

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "analysis/interval_cells.h"
 #include "apps/youbot_bench/findings_series.h"
 #include "report/report.h"
 #include "runtime/configuration/quantity.h"
@@ -135,9 +136,10 @@ void add_parameters(report::Page& page, std::span<const IdentifiedRig> rigs, Est
     for (const fits::Estimate& estimate : estimates_of(model)) {
       const runtime::Quantity quantity = quantity_of(estimate);
       const bool known = estimate.ok() || is_given(estimate);
-      rows.push_back({model.name, quantity.name, known ? estimate.value : kUnknown,
-                      estimate.ok() ? estimate.lower : kUnknown, estimate.ok() ? estimate.upper : kUnknown,
-                      quantity.unit, estimate.not_identifiable});
+      const auto [value, lower, upper] =
+          analysis::interval_cells(known ? estimate.value : kUnknown, estimate);
+      rows.push_back(
+          {model.name, quantity.name, value, lower, upper, quantity.unit, estimate.not_identifiable});
     }
   if (rows.empty()) return;
   page.table({{"drive"}, {"parameter"}, {"value"}, {"95 % from"}, {"to"}, {"unit"}, {"remark"}}, rows,

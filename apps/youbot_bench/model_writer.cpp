@@ -12,6 +12,7 @@
 
 #include "model/effects/any_effect.h"
 #include "runtime/configuration/drive_model_file.h"
+#include "runtime/program/wording.h"
 
 namespace youbot_bench {
 namespace {
@@ -60,10 +61,11 @@ void add_effect(std::span<const Estimate> estimates, Contents& contents) {
       continue;
     }
     const auto at = std::ranges::find(described, estimate.name, &model::effects::ParameterDescription::name);
+    const runtime::IntervalText interval =
+        runtime::interval_text(estimate.value, estimate.lower, estimate.upper, 7, 7);
     remarks.parameters[static_cast<std::size_t>(at - described.begin())] =
-        estimate.ok()
-            ? fmt::format("95 %: {:.7g} to {:.7g}{}", estimate.lower, estimate.upper, remark_on(estimate))
-            : estimate.not_identifiable.substr(0, estimate.not_identifiable.find(','));
+        estimate.ok() ? "95 %: " + interval.lower + " to " + interval.upper + std::string(remark_on(estimate))
+                      : estimate.not_identifiable.substr(0, estimate.not_identifiable.find(','));
     values.push_back({at->name, rounded(estimate.value)});
     fitted |= estimate.ok();
   }

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <limits>
 #include <optional>
 #include <string_view>
@@ -20,6 +21,15 @@ std::optional<int> number_after(std::string_view name, std::string_view stem) {
   const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), number);
   if (error != std::errc() || end != name.data() + name.size()) return {};
   return number;
+}
+
+/// A double has no more.
+constexpr int kAllDigits = 17;
+
+std::string digits_text(double value, int digits) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.*g", digits, value);
+  return text.data();
 }
 
 bool follow_each_other(std::span<const std::string> names) {
@@ -43,9 +53,35 @@ std::string list_text(std::span<const std::string> names) {
 
 std::string number_text(double value, const std::string& unit) {
   if (!std::isfinite(value)) return "–";
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.3g", value);
-  return text.data() + (unit.empty() ? "" : " " + unit);
+  return digits_text(value, 3) + (unit.empty() ? "" : " " + unit);
+}
+
+IntervalText interval_text(double value, double lower, double upper, int value_digits, int bound_digits) {
+  const auto parsed = [](const std::string& text) { return std::strtod(text.c_str(), nullptr); };
+  IntervalText text{.value = {}, .lower = {}, .upper = {}};
+  text.lower = digits_text(lower, bound_digits);
+  text.upper = digits_text(upper, bound_digits);
+  if (lower < upper && text.lower == text.upper) {
+    text.more_digits = true;
+    constexpr double kOfWidth = 0.2;
+    const auto is_close = [&](const std::string& bound, double exact) {
+      return std::abs(parsed(bound) - exact) <= kOfWidth * (upper - lower);
+    };
+    for (int digits = bound_digits + 1; digits <= kAllDigits; ++digits) {
+      text.lower = digits_text(lower, digits);
+      text.upper = digits_text(upper, digits);
+      value_digits = digits;
+      if (is_close(text.lower, lower) && is_close(text.upper, upper)) break;
+    }
+  }
+  for (int digits = value_digits;; ++digits) {
+    text.value = digits_text(value, digits);
+    if (digits >= kAllDigits || !(lower <= value && value <= upper) ||
+        (parsed(text.value) >= parsed(text.lower) && parsed(text.value) <= parsed(text.upper)))
+      break;
+    text.more_digits = true;
+  }
+  return text;
 }
 
 std::string range_text(std::span<const double> values, const std::string& unit) {

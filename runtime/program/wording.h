@@ -17,6 +17,18 @@ std::string number_text(double value, const std::string& unit = {});
 /// if there are none.
 std::string range_text(std::span<const double> values, const std::string& unit = {});
 
+/// A value with its interval.
+struct IntervalText {
+  std::string value;
+  std::string lower;
+  std::string upper;
+  bool more_digits = false;  ///< than were asked for
+};
+/// With at least these significant digits, and with as many as it takes for bounds that differ to look
+/// different, and for the value to lie between them.
+IntervalText interval_text(double value, double lower, double upper, int value_digits = 3,
+                           int bound_digits = 4);
+
 /// "1 slip", "14 slips".
 std::string count_text(long long count, const std::string& noun);
 

@@ -35,6 +35,17 @@ TEST(GapWords, NameEveryParameterWithinWhatItMayBe) {
   EXPECT_NE(page.find("<td>tail</td>"), std::string::npos);
 }
 
+TEST(GapWords, ShowThatAnIntervalIsNarrow) {
+  analysis::Findings findings = stribeck_with_tail();
+  findings.result.effects[0].effect = model::effects::make_effect("inertia", {{"difference_kg_m2", -200}});
+  findings.result.effects[0].parameters = {
+      {.name = "difference_kg_m2", .value = -200, .lower = -200.004, .upper = -199.996}};
+  const std::string text = analysis::summary_text(findings);
+  EXPECT_NE(text.find("difference -200 kg·m² (-200.004 to -199.996)"), std::string::npos) << text;
+  const std::string page = analysis::gap_report(findings).html();
+  EXPECT_NE(page.find("-200.004"), std::string::npos);
+}
+
 TEST(GapWords, CountTheHarmonicsOfARippleAndTellThemApart) {
   analysis::Findings findings = stribeck_with_tail();
   findings.result.verdict = identification::gap::Verdict::kExplained;
