@@ -233,6 +233,15 @@ model::friction::Kfm::Parameters sliding_of(const fits::StaticFit& fit) {
   return parameters;
 }
 
+/// A model without friction looks like one of a drive that has none.
+void require_friction(const IdentifiedModel& model) {
+  if (!model.sliding || !drive_model_of(model).effects.empty()) return;
+  std::string why;
+  for (const std::string& verdict : model.sliding->verdicts) why += ": " + verdict;
+  throw std::invalid_argument("no model of " + model.name + " is written: its map determines no friction" +
+                              why);
+}
+
 /// A law that drives is not friction, and its compensation would drive, too.
 void require_braking(const IdentifiedModel& model) {
   const std::string why =
@@ -253,6 +262,8 @@ void identify_rig(const Teller& tell, Rig& rig, const std::optional<identificati
     restrict_map(tell, rig.identified, options.speeds);
     model.evidence.push_back(measured_range(evidence.map));
     model.sliding = identify_map(tell, evidence, options.law);
+    model.evidence.insert(model.evidence.end(), model.sliding->verdicts.begin(),
+                          model.sliding->verdicts.end());
   }
   if (moving) {
     const fits::MovingFit fit = fits::fit_moving(*moving);
@@ -287,6 +298,7 @@ void identify_rig(const Teller& tell, Rig& rig, const std::optional<identificati
   if (!model.inertia_kg_m2)
     tell("inertia: unknown from these recordings; the model assumes {:g} kg·m². Give --moving or --inertia\n",
          kAssumedInertia_kg_m2);
+  require_friction(model);
   require_braking(model);
 }
 

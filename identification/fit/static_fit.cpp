@@ -156,6 +156,7 @@ class Fitter {
       solution_ = minimise(problem(used_, 0), {better_.parameters});
     }
     judge_stribeck();
+    judge_directions();
     if (options_.leave_one_out) leave_one_out();
     return std::move(fit_);
   }
@@ -233,6 +234,20 @@ class Fitter {
     }
     for (std::size_t i = 0; i < slots.size(); ++i)
       if (slots[i].fixed_because.empty()) free_.push_back(i);
+  }
+
+  /// In one direction, an offset is a part of what brakes, and so is half the difference of both directions.
+  void judge_directions() {
+    const auto is_forward = [](const Point& p) { return p.v > 0; };
+    const bool forward = std::ranges::all_of(used_, is_forward);
+    if (!forward && !std::ranges::none_of(used_, is_forward)) return;
+    const bool has_coulomb = model_.index(terms::kCoulomb).has_value();
+    fit_.verdicts.push_back(
+        std::string("only ") + (forward ? "positive" : "negative") +
+        " speeds were measured: a torque offset, or friction that differs by direction, is " +
+        (has_coulomb ? "part of the Coulomb torque" : "in the other terms") +
+        " and not counted in its interval; measure the same speeds in the other direction, "
+        "too");
   }
 
   bool enough_speeds() {

@@ -158,6 +158,25 @@ TEST_F(IdentifyCommand, ASlowMapGivesALawThatBrakesAndSaysHowFarItWasMeasured) {
   EXPECT_FALSE(fs::exists(directory_ / "out/model.toml"));
 }
 
+TEST_F(IdentifyCommand, AMapThatDeterminesNoFrictionGivesNoModel) {
+  for (const auto& points : std::vector<std::vector<identification::fit::MapPoint>>{
+           {{2, 0.3, 1e-4}}, {{2, 0.3, 1e-4}, {-2, -0.3, 1e-4}}, {{2, 0.3, 1e-4}, {4, 0.4, 1e-4}}}) {
+    EXPECT_EQ(run("--map " + write("few.csv", map_text({"axis", points}))), 2) << output_;
+    EXPECT_TRUE(said("no model of axis is written: its map determines no friction: too few speeds: "))
+        << output_;
+    EXPECT_FALSE(fs::exists(directory_ / "out/model.toml"));
+  }
+}
+
+TEST_F(IdentifyCommand, AMapOfOneDirectionSaysWhatItCannotShow) {
+  identification::fit::StaticMap map{"axis", {}};
+  for (int i = 1; i <= 10; ++i) map.points.push_back({0.5 * i, 0.3 + 0.01 * i, 1e-4});
+  EXPECT_EQ(run("--map " + write("one_way.csv", map_text(map))), 0) << output_;
+  const std::string limit = "only positive speeds were measured: a torque offset, or friction that differs";
+  EXPECT_TRUE(said("! " + limit)) << output_;
+  EXPECT_NE(model().find("# " + limit), std::string::npos) << model();
+}
+
 TEST_F(IdentifyCommand, ReplacesNothingAndIsQuietOnRequest) {
   const std::string map = write("1.csv", map_text(test_support::screw_drive_map(1)));
   EXPECT_EQ(run("--quiet --law coulomb --map " + map), 0);

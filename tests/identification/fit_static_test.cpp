@@ -225,6 +225,28 @@ TEST(IdentifyStatic, SaysThatThereAreTooFewSpeeds) {
   for (const Estimate& parameter : fit.parameters) EXPECT_FALSE(parameter.ok());
 }
 
+TEST(IdentifyStatic, OneDirectionDoesNotSeparateAnOffsetFromFriction) {
+  const std::vector<double> speeds{0.2, 0.5, 1, 2, 3, 5, 7};
+  for (const double sign : {1.0, -1.0}) {
+    StaticMap map{"axis", {}};
+    for (const double speed : speeds)
+      map.points.push_back({sign * speed, sign * (0.3 + 0.02 * speed) + 0.05, 1e-4});
+    const StaticFit fit = fit_static(map, form_named("kfm+offset"));
+    EXPECT_FALSE(estimate_of(fit.parameters, "torque_offset", "torque_Nm").ok());
+    ASSERT_FALSE(fit.verdicts.empty());
+    EXPECT_EQ(
+        fit.verdicts.back(),
+        std::string("only ") + (sign > 0 ? "positive" : "negative") +
+            " speeds were measured: a torque offset, or friction that differs by direction, is part of the "
+            "Coulomb torque and not counted in its interval; measure the same speeds in the other "
+            "direction, too");
+    for (const double speed : speeds)
+      map.points.push_back({-sign * speed, -sign * (0.3 + 0.02 * speed) + 0.05, 1e-4});
+    for (const std::string& verdict : fit_static(map, form_named("kfm+offset")).verdicts)
+      EXPECT_EQ(verdict.find("speeds were measured"), std::string::npos) << verdict;
+  }
+}
+
 TEST(IdentifyStatic, OneSpeedInBothDirectionsDoesNotSeparateCoulombFromViscous) {
   const StaticFit fit = fit_static(measured({}, {1.0}, 1e-4, 1), kCoulombViscous);
   EXPECT_FALSE(fit.ok());
