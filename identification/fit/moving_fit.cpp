@@ -2,8 +2,11 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "control/state_variable_filter.h"
@@ -86,6 +89,13 @@ Solution solved(const Eigen::MatrixXd& A, const Eigen::VectorXd& y, std::size_t 
   return solution;
 }
 
+/// "12.3 ms"
+std::string milliseconds(double seconds) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.3g ms", 1e3 * seconds);
+  return text.data();
+}
+
 }  // namespace
 
 MovingFit fit_moving(const Recording& recording, const MovingFitOptions& options) {
@@ -129,11 +139,29 @@ MovingFit fit_moving(const Recording& recording, const MovingFitOptions& options
   late << A, -rate;
   Solution solution = solved(late, y, memory);
   const double lag_s = solution.x[terms];
-  if (std::abs(lag_s) > solution.half_width[terms] && lag_s > -kRecorderLead_s && lag_s < kRecorderLag_s) {
+  const double lag_half_s = solution.half_width[terms];
+  const bool shows = std::abs(lag_s) > lag_half_s;
+  const bool in_range = lag_s > -kRecorderLead_s && lag_s < kRecorderLag_s;
+  if (shows && in_range) {
     A = late;
     fit.torque_lag_s = lag_s;
   } else {
-    solution = solved(A, y, memory);
+    // The lag is given: none, or the end of its range. What the parameters change with it is unknown.
+    const double given_s = shows ? std::clamp(lag_s, -kRecorderLead_s, kRecorderLag_s) : 0;
+    const double unknown_s = shows ? std::abs(lag_s - given_s) + lag_half_s
+                                   : std::min(std::abs(lag_s) + lag_half_s, kRecorderLag_s);
+    const Eigen::VectorXd per_lag = A.colPivHouseholderQr().solve(rate);
+    solution = solved(A, y + given_s * rate, memory);
+    for (Eigen::Index k = 0; k < terms; ++k)
+      solution.half_width[k] = std::hypot(solution.half_width[k], per_lag[k] * unknown_s);
+    y += given_s * rate;
+    fit.torque_lag_s = given_s;
+    if (shows)
+      fit.verdicts.push_back(
+          "torque lag at the end of its range: " + milliseconds(given_s) + " of " + milliseconds(lag_s) +
+          " (" + milliseconds(lag_s - lag_half_s) + " to " + milliseconds(lag_s + lag_half_s) +
+          "): no recorder is that late, so that the drive itself may lag; compare the time "
+          "stamps of torque and position, or search for a delay with youbot-gap");
   }
   fit.relative_error_percent = relative_error_percent(y, A * solution.x);
   fit.condition = condition_number(A);

@@ -21,7 +21,7 @@ struct MovingFit {
   double relative_error_percent = 0;  ///< of the filtered torque, samples used
   std::size_t used = 0;               ///< samples
   double condition = 0;
-  double torque_lag_s = 0;  ///< by which the torque is recorded late; 0 unless the data show it
+  double torque_lag_s = 0;  ///< taken, by which the torque is recorded late; 0 unless the data show it
   std::vector<std::string> verdicts;
 };
 
@@ -32,7 +32,8 @@ struct MovingFit {
 /// parameter that the motion does not excite gets a reason instead of a number: without acceleration no
 /// inertia, at one speed no viscous friction, in one direction no offset. Friction gets no number either if
 /// its interval includes zero. A torque that is recorded up to 10 ms late or 2 ms early, which biases all of
-/// them, is fitted too.
+/// them, is fitted too. If the lag lies beyond, it is taken as the end of that range, with a verdict; if it
+/// does not differ from none, as none: in both cases the intervals allow for the lag that remains unknown.
 /// @throws std::invalid_argument if columns or an even sample rate are missing, or nothing moves.
 MovingFit fit_moving(const Recording& recording, const MovingFitOptions& options = {});
 

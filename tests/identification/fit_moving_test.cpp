@@ -113,6 +113,53 @@ TEST(IdentifyMoving, ATorqueThatIsLateBiasesNothing) {
   }
 }
 
+/// The torque a fraction of a row late, in a noise that hides it.
+identification::Recording late_by(identification::Recording recording, double lag_s) {
+  const std::vector<double> torque = recording.columns[1].values;
+  for (std::size_t i = 1; i < torque.size(); ++i)
+    recording.columns[1].values[i] += (torque[i - 1] - torque[i]) * lag_s / 1e-3;
+  return recording;
+}
+
+TEST(IdentifyMoving, IntervalsHoldTheTruthAlsoWithALagThatDoesNotShow) {
+  const Truth truth;
+  constexpr int kRecordings = 60;
+  const double values[4] = {truth.inertia, truth.coulomb, truth.viscous, truth.offset};
+  int covered[4] = {};
+  int hidden = 0;
+  for (unsigned seed = 1; seed <= kRecordings; ++seed) {
+    const MovingFit fit = fit_moving(late_by(recorded(truth, seed, 0.05, 1, 0, 8), 0.9e-3));
+    if (fit.torque_lag_s != 0) continue;
+    ++hidden;
+    for (std::size_t k = 0; k < 4; ++k)
+      covered[k] += fit.parameters[k].lower <= values[k] && values[k] <= fit.parameters[k].upper ? 1 : 0;
+  }
+  ASSERT_GE(hidden, 20);
+  for (const int count : covered) EXPECT_GE(count, 0.87 * hidden);
+}
+
+TEST(IdentifyMoving, ALagBeyondItsRangeIsReportedAndInTheIntervals) {
+  const Truth truth;
+  for (const int late : {-6, 16}) {
+    identification::Recording recording = recorded(truth, 5);
+    std::vector<double>& torque = recording.columns[1].values;
+    if (late > 0)
+      std::shift_right(torque.begin(), torque.end(), late);
+    else
+      std::shift_left(torque.begin(), torque.end(), -late);
+    const MovingFit fit = fit_moving(recording);
+    EXPECT_EQ(fit.torque_lag_s, late > 0 ? 0.01 : -0.002);
+    ASSERT_FALSE(fit.verdicts.empty());
+    EXPECT_EQ(fit.verdicts[0].find(late > 0 ? "torque lag at the end of its range: 10 ms of 1"
+                                            : "torque lag at the end of its range: -2 ms of -"),
+              0U)
+        << fit.verdicts[0];
+    const Estimate& viscous = estimate_of(fit.parameters, "viscous", "coefficient_Nm_s_per_rad");
+    EXPECT_LE(viscous.lower, truth.viscous);
+    EXPECT_GE(viscous.upper, truth.viscous);
+  }
+}
+
 TEST(IdentifyMoving, AnotherTermThatRulesTheMotionIsReported) {
   identification::Recording recording = recorded({}, 1);
   for (std::size_t i = 0; i < recording.rows(); ++i)
