@@ -23,6 +23,10 @@ std::set<std::size_t> among(const std::vector<std::size_t>& rows, const std::set
 
 }  // namespace
 
+void unwrap_positions(std::vector<Source>& sources, std::vector<Diagnosis>& diagnosis) {
+  for (Source& source : sources) unwrap_position(source, diagnosis);
+}
+
 Diagnosed diagnose(std::vector<Source> sources, const model::effects::DriveModel& base) {
   Diagnosed result;
   for (Source& source : sources) {

@@ -13,6 +13,10 @@ struct Diagnosed {
   std::vector<Diagnosis> diagnosis;
 };
 
+/// Wrapped positions are unwrapped, with their set-points: before anything is computed from them, such as the
+/// torque of a servo.
+void unwrap_positions(std::vector<Source>& sources, std::vector<Diagnosis>& diagnosis);
+
 /// Wrapped positions are unwrapped. Jumps of position and long gaps in time divide a recording. Single
 /// torques far beyond all others are interpolated, only the fresh ones of held values are kept, and a dead
 /// column is removed if another one contains the same quantity. Units and signs are checked for consistency

@@ -343,6 +343,8 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   std::vector<ServoRun> searched_runs;
   std::vector<ServoRun> held_out_runs;
   if (base.servo) {
+    unwrap_positions(all_data, result.diagnosis);
+    unwrap_positions(all_held_out, result.diagnosis);
     add_servo_torques(all_data, *base.servo);
     add_servo_torques(all_held_out, *base.servo);
     searched_runs = servo_runs(all_data, *base.servo);
@@ -357,7 +359,7 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   }
   Diagnosed looked = diagnose(std::move(all_data), base);
   Diagnosed looked_held_out = diagnose(std::move(all_held_out), base);
-  result.diagnosis = std::move(looked.diagnosis);
+  std::ranges::move(looked.diagnosis, std::back_inserter(result.diagnosis));
   std::ranges::move(looked_held_out.diagnosis, std::back_inserter(result.diagnosis));
   std::vector<Source> sources = std::move(looked.sources);
   const std::size_t data_count = sources.size();

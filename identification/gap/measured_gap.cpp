@@ -15,9 +15,12 @@ namespace {
 
 std::vector<Signals> prepared(const model::effects::DriveModel& base, std::vector<Source> data,
                               const Enough& enough, std::vector<Diagnosis>& diagnosis) {
-  if (base.servo) add_servo_torques(data, *base.servo);
+  if (base.servo) {
+    unwrap_positions(data, diagnosis);
+    add_servo_torques(data, *base.servo);
+  }
   Diagnosed looked = diagnose(std::move(data), base);
-  diagnosis = std::move(looked.diagnosis);
+  std::ranges::move(looked.diagnosis, std::back_inserter(diagnosis));
   const Band band = choose_band(looked.sources, base);
   const auto judges = [](std::size_t, double) { return true; };
   const std::vector<Excerpt> excerpts = chosen_excerpts(looked.sources, band, judges, enough);

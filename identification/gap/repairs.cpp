@@ -184,6 +184,67 @@ std::size_t held_rows(std::span<const double> values) {
   return static_cast<std::size_t>(fit::median(lengths));
 }
 
+/// A step of the position beyond that of its neighbours.
+struct Jump {
+  std::size_t before;  ///< the row before it
+  double rad;
+};
+
+/// Further than the motion goes from row to row, none of them over a hole in time.
+std::vector<Jump> jumps_of(const Source& source, std::span<const double> position) {
+  const auto time_s = source.recording.column("time_s");
+  const std::vector<double> steps = steps_of(position);
+  std::vector<double> speeds;
+  for (std::size_t i = 0; i < steps.size(); ++i) speeds.push_back(steps[i] / (time_s[i + 1] - time_s[i]));
+  const std::vector<double> usual = medians_of_five(speeds);
+  std::vector<double> beyond;
+  for (std::size_t i = 0; i < steps.size(); ++i)
+    beyond.push_back(steps[i] - usual[i] * (time_s[i + 1] - time_s[i]));
+  const double least =
+      std::max({kJumpSigmas * fit::robust_sigma(beyond), kJumpResolutions * least_change(steps),
+                kJumpOverUsual * quantile(magnitudes(steps), 1 - kMaxJumps)});
+  const double longest_s = kBridgedPeriods * fit::median(steps_of(time_s));
+  std::vector<Jump> jumps;
+  for (std::size_t i = 0; i < beyond.size(); ++i)
+    if (std::abs(beyond[i]) > least && least > 0 && time_s[i + 1] - time_s[i] <= longest_s)
+      jumps.push_back({i, beyond[i]});
+  return jumps;
+}
+
+/// Beside a position that was unwrapped: a set-point that wraps is in the turn nearest to it at each row, any
+/// other begins in the nearest turn.
+void align_set_point(Source& source, double turn_rad) {
+  std::vector<double>* const command = column_of(source, "position_command_rad");
+  if (command == nullptr) return;
+  const auto position = source.recording.column("position_rad");
+  const auto turns = [&](std::size_t i) {
+    return turn_rad * std::round((position[i] - (*command)[i]) / turn_rad);
+  };
+  const auto [lowest, highest] = std::ranges::minmax(*command);
+  const bool wraps = highest - lowest <= (1 + kWholeTurn) * turn_rad;
+  const double first = turns(0);
+  for (std::size_t i = 0; i < command->size(); ++i) (*command)[i] += wraps ? turns(i) : first;
+}
+
+/// Single jumps of a whole turn.
+void unwrap_single_turns(Source& source, std::vector<double>& position, Diagnoses& diagnoses) {
+  constexpr double kTurn = 2 * std::numbers::pi;
+  std::size_t turns = 0;
+  std::size_t next = 0;
+  double offset = 0;
+  for (const auto& [before, rad] : jumps_of(source, position)) {
+    if (std::abs(std::abs(rad) - kTurn) >= kWholeTurn * kTurn) continue;
+    for (; next <= before; ++next) position[next] += offset;
+    offset -= std::copysign(kTurn, rad);
+    ++turns;
+  }
+  for (; next < position.size(); ++next) position[next] += offset;
+  if (turns > 0) align_set_point(source, kTurn);
+  if (turns > 0)
+    diagnoses.push_back({source.name, "position_rad",
+                         "jumps by a whole turn " + std::to_string(turns) + " times", "unwrapped"});
+}
+
 }  // namespace
 
 void count_from_first_row(Source& source, Diagnoses& diagnoses) {
@@ -305,10 +366,11 @@ void unwrap_position(Source& source, Diagnoses& diagnoses) {
     // Near rest at the edge of a turn, noise wraps it back and forth.
     if (steps[i] * usual[i] < 0) turns_rad.push_back(std::abs(steps[i] - usual[i]));
   }
-  if (turns_rad.size() < kMinWraps || 2 * turns_rad.size() <= wraps.size()) return;
+  if (turns_rad.size() < kMinWraps || 2 * turns_rad.size() <= wraps.size())
+    return unwrap_single_turns(source, *position, diagnoses);
   double turn_rad = fit::median(turns_rad);
   // Noise at rest and strays do not jump by all of the range.
-  if (turn_rad < kTurnOfRange * (highest - lowest)) return;
+  if (turn_rad < kTurnOfRange * (highest - lowest)) return unwrap_single_turns(source, *position, diagnoses);
   constexpr double kTurn = 2 * std::numbers::pi;
   if (std::abs(turn_rad - kTurn) < kWholeTurn * kTurn) turn_rad = kTurn;
   double offset = 0;
@@ -321,51 +383,27 @@ void unwrap_position(Source& source, Diagnoses& diagnoses) {
     offset -= std::copysign(turn_rad, steps[i]);
   }
   shift_up_to(position->size());
+  align_set_point(source, turn_rad);
   diagnoses.push_back({source.name, "position_rad",
                        "jumps " + std::to_string(wraps.size()) + " times by " + short_number(turn_rad) +
                            " rad against the motion, like an encoder that counts within one turn",
                        "unwrapped"});
+  unwrap_single_turns(source, *position, diagnoses);
 }
 
 std::set<std::size_t> mend_position(Source& source, Diagnoses& diagnoses) {
   std::vector<double>* const position = column_of(source, "position_rad");
   if (position == nullptr || position->size() < kMinRowsOfPart) return {};
   const auto time_s = source.recording.column("time_s");
-  const std::vector<double> steps = steps_of(*position);
-  std::vector<double> speeds;
-  for (std::size_t i = 0; i < steps.size(); ++i) speeds.push_back(steps[i] / (time_s[i + 1] - time_s[i]));
-  const std::vector<double> usual = medians_of_five(speeds);
-  std::vector<double> beyond;
-  for (std::size_t i = 0; i < steps.size(); ++i)
-    beyond.push_back(steps[i] - usual[i] * (time_s[i + 1] - time_s[i]));
-  const double least =
-      std::max({kJumpSigmas * fit::robust_sigma(beyond), kJumpResolutions * least_change(steps),
-                kJumpOverUsual * quantile(magnitudes(steps), 1 - kMaxJumps)});
-  const double longest_s = kBridgedPeriods * fit::median(steps_of(time_s));
-  std::vector<std::size_t> jumps;
-  for (std::size_t i = 0; i < beyond.size(); ++i)
-    if (std::abs(beyond[i]) > least && least > 0 && time_s[i + 1] - time_s[i] <= longest_s)
-      jumps.push_back(i);
-  if (jumps.empty()) return {};
-
-  constexpr double kTurn = 2 * std::numbers::pi;
+  const std::vector<Jump> jumps = jumps_of(source, *position);
   std::set<std::size_t> cuts;
-  std::size_t turns = 0;
   std::size_t strays = 0;
-  double offset = 0;
-  std::size_t next = 0;
   double largest = 0;
   for (std::size_t k = 0; k < jumps.size(); ++k) {
-    const std::size_t i = jumps[k];
-    const double jump = beyond[i];
-    if (std::abs(std::abs(jump) - kTurn) < kWholeTurn * kTurn) {
-      for (; next <= i; ++next) (*position)[next] += offset;
-      offset -= std::copysign(kTurn, jump);
-      ++turns;
-      continue;
-    }
-    const bool comes_back = k + 1 < jumps.size() && jumps[k + 1] == i + 1 && i + 2 < position->size() &&
-                            std::abs(jump + beyond[i + 1]) < 0.2 * std::abs(jump);
+    const auto [i, jump] = jumps[k];
+    const bool comes_back = k + 1 < jumps.size() && jumps[k + 1].before == i + 1 &&
+                            i + 2 < position->size() &&
+                            std::abs(jump + jumps[k + 1].rad) < 0.2 * std::abs(jump);
     if (comes_back) {
       interpolate(*position, time_s, i + 1, i + 2);
       ++strays;
@@ -375,10 +413,6 @@ std::set<std::size_t> mend_position(Source& source, Diagnoses& diagnoses) {
       largest = std::max(largest, std::abs(jump));
     }
   }
-  for (; next < position->size(); ++next) (*position)[next] += offset;
-  if (turns > 0)
-    diagnoses.push_back({source.name, "position_rad",
-                         "jumps by a whole turn " + std::to_string(turns) + " times", "unwrapped"});
   if (strays > 0)
     diagnoses.push_back({source.name, "position_rad",
                          share_text(strays, position->size()) + " of the values are off the way",

@@ -26,9 +26,10 @@ void drop_held_torque(Source& source, Diagnoses& diagnoses);
 
 /// A position whose jumps span its whole range, against the motion, is of an encoder that counts within one
 /// turn of its own shaft: the turns are counted on. Three jumps or more, none of them over a hole in time.
+/// Single jumps of a whole turn are unwrapped, too. position_command_rad follows.
 void unwrap_position(Source& source, Diagnoses& diagnoses);
 
-/// Unwraps single jumps of a whole turn and interpolates single outliers of position.
+/// Interpolates single outliers of position.
 /// @returns the rows before which the position has another jump.
 std::set<std::size_t> mend_position(Source& source, Diagnoses& diagnoses);
 

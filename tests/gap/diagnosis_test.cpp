@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "identification/gap/measured_gap.h"
+
 namespace diagnosis_test {
 
 using identification::gap::diagnose;
@@ -141,6 +143,36 @@ TEST(Diagnosis, AWrappedPositionIsUnwrapped) {
   const auto truth = clean.recording.column("position_rad");
   for (std::size_t i = 0; i < mended.size(); ++i)
     ASSERT_NEAR(mended[i] - mended[0], truth[i] - truth[0], 1e-9) << i;
+}
+
+/// healthy() without its torque, but with the set-point by which a servo of 10 N·m/rad makes it.
+Source followed() {
+  Source source = healthy();
+  std::vector<double> goal;
+  for (std::size_t i = 0; i < source.recording.rows(); ++i)
+    goal.push_back(column(source, "position_rad")[i] + column(source, "torque_measured_Nm")[i] / 10);
+  remove(source, "torque_measured_Nm");
+  remove(source, "velocity_rad_per_s");
+  source.recording.columns.push_back({"position_command_rad", goal});
+  return source;
+}
+
+TEST(Diagnosis, AWrappedPositionIsUnwrappedBeforeItsServoMakesATorque) {
+  model::effects::DriveModel model = base();
+  model.servo = model::ServoLaw{.output = model::ServoLaw::Output::kTorque, .position_gain = 10, .limit = 5};
+  const double gap_Nm = identification::gap::MeasuredGap(model, {followed()}).gap_Nm(model);
+  EXPECT_LT(gap_Nm, 0.01);
+  for (const bool goal_wraps : {false, true}) {
+    SCOPED_TRACE(goal_wraps);
+    Source wrapped = followed();
+    for (double& p : column(wrapped, "position_rad")) p = std::remainder(p, 2 * std::numbers::pi);
+    if (goal_wraps)
+      for (double& p : column(wrapped, "position_command_rad")) p = std::remainder(p, 2 * std::numbers::pi);
+    const identification::gap::MeasuredGap measured(model, {wrapped});
+    EXPECT_NEAR(measured.gap_Nm(model), gap_Nm, 1e-6);
+    ASSERT_EQ(measured.diagnosis().size(), 1U);
+    EXPECT_EQ(measured.diagnosis()[0].done, "unwrapped");
+  }
 }
 
 TEST(Diagnosis, AnEncoderOnTheMotorsShaftIsCountedThroughItsTurns) {
