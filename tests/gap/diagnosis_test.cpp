@@ -175,6 +175,29 @@ TEST(Diagnosis, AWrappedPositionIsUnwrappedBeforeItsServoMakesATorque) {
   }
 }
 
+TEST(Diagnosis, StepsOfAnotherEncoderThanTheModelsAreNamed) {
+  for (const double factor : {2.0, 0.5, 6.35}) {
+    model::effects::DriveModel model = base();
+    model.encoder_ticks_per_rev = std::round(16384 * factor);
+    const std::string text = noticed(diagnose({healthy()}, model));
+    EXPECT_TRUE(contains(text,
+                         "position_rad moves in steps of 0.000383 rad, 16384 to a turn, but "
+                         "encoder_ticks_per_rev of the model's [sensor] is " +
+                             std::to_string(std::lround(16384 * factor))))
+        << text;
+  }
+  model::effects::DriveModel model = base();
+  model.encoder_ticks_per_rev = 16384;
+  EXPECT_EQ(noticed(diagnose({healthy()}, model)), "");
+  // A position without steps shows no encoder.
+  model.encoder_ticks_per_rev = 1000;
+  Source smooth = healthy();
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> noise(0, kTick_rad);
+  for (double& p : column(smooth, "position_rad")) p += noise(random);
+  EXPECT_EQ(noticed(diagnose({smooth}, model)), "");
+}
+
 TEST(Diagnosis, AnEncoderOnTheMotorsShaftIsCountedThroughItsTurns) {
   // At 7 rad/s the encoder behind a gear of 16 wraps every 28 rows, behind one of 60 every seventh.
   for (const double gear : {16.0, 60.0}) {
