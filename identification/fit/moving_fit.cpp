@@ -160,8 +160,9 @@ MovingFit fit_moving(const Recording& recording, const MovingFitOptions& options
       fit.verdicts.push_back(
           "torque lag at the end of its range: " + milliseconds(given_s) + " of " + milliseconds(lag_s) +
           " (" + milliseconds(lag_s - lag_half_s) + " to " + milliseconds(lag_s + lag_half_s) +
-          "): no recorder is that late, so that the drive itself may lag; compare the time "
-          "stamps of torque and position, or search for a delay with youbot-gap");
+          (lag_s > 0 ? "): no recorder is that late, so the drive itself may lag; compare the time stamps of "
+                       "torque and position, or search for a delay with youbot-gap"
+                     : "): no recorder is that early; compare the time stamps of torque and position"));
   }
   fit.relative_error_percent = relative_error_percent(y, A * solution.x);
   fit.condition = condition_number(A);

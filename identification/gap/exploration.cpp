@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <span>
 
 namespace identification::gap {
@@ -112,8 +111,8 @@ FittedModel explored(const FittedModel& fitted, const Rows& rows, const std::vec
 FittedModel refined_widely(const FittedModel& fitted, const Rows& rows,
                            const std::vector<Eigen::Index>& use) {
   if (fitted.model.find<model::effects::Backlash>() == nullptr) return refined(fitted, rows, use);
-  FittedModel best;
-  double least = std::numeric_limits<double>::infinity();
+  FittedModel best = fitted;
+  double least = square_of(fitted, rows, use);
   for (const std::span<const Rebound> rebounds : {std::span(kLossAtSpeed), std::span(kSameShare)}) {
     FittedModel trial = refined(explored(best_start(fitted, rows, use, rebounds), rows, use), rows, use);
     const double left = square_of(trial, rows, use);

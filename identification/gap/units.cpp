@@ -41,7 +41,7 @@ constexpr double kFrictionTolerance = 2;
 /// of at least so many.
 constexpr double kOfStep = 0.05;
 constexpr double kMostSteps = 0.99;
-constexpr std::size_t kMinSteps = 200;
+constexpr std::size_t kEnoughSteps = 200;
 /// Beyond this many, the digits of a text would hide whether a step is a whole multiple.
 constexpr double kManySteps = 20;
 
@@ -78,7 +78,7 @@ std::optional<double> quantum_rad(std::span<const double> position) {
   std::vector<double> changes;
   for (std::size_t i = 1; i < position.size(); ++i)
     if (const double change = std::abs(position[i] - position[i - 1]); change > 0) changes.push_back(change);
-  if (changes.size() < kMinSteps) return std::nullopt;
+  if (changes.size() < kEnoughSteps) return std::nullopt;
   std::ranges::sort(changes);
   const double least = changes[changes.size() / 100];
   // Better known from many steps: of the smallest changes, each a few of them.
@@ -95,7 +95,7 @@ std::optional<double> quantum_rad(std::span<const double> position) {
     sum += change;
     steps += count;
   }
-  if (looked < kMinSteps || static_cast<double>(whole) < kMostSteps * static_cast<double>(looked))
+  if (looked < kEnoughSteps || static_cast<double>(whole) < kMostSteps * static_cast<double>(looked))
     return std::nullopt;
   return sum / steps;
 }

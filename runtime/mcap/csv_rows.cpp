@@ -183,14 +183,13 @@ class RowOddities {
     std::vector<std::string> found;
     const double time_s = row[time_];
     if (time_s == last_s_ && !std::exchange(repeated_, true))
-      found.push_back(fmt::format("time_s = {} is that of the row before; such rows are kept", time_s));
+      found.push_back(fmt::format("time_s = {} is that of the row before", time_s));
     if (time_s < last_s_ && !std::exchange(decreased_, true))
-      found.push_back(
-          fmt::format("time_s = {} is less than {} in the row before; such rows are kept", time_s, last_s_));
+      found.push_back(fmt::format("time_s = {} is less than {} in the row before", time_s, last_s_));
     last_s_ = time_s;
     const auto infinite = std::ranges::find_if(row, [](double value) { return std::isinf(value); });
     if (infinite != row.end() && !std::exchange(infinite_, true))
-      found.push_back(fmt::format("{} is infinite; such values are kept",
+      found.push_back(fmt::format("{} is infinite",
                                   head_.columns[static_cast<std::size_t>(infinite - row.begin())].name));
     return found;
   }

@@ -13,12 +13,14 @@
 namespace runtime::mcap {
 namespace {
 
+constexpr std::size_t kQuoted = 40;
+
 /// The texts of one record. MCAP's are UTF-8, and other programs refuse a file with one that is not.
 class Texts {
  public:
   std::string mended(std::string_view text) {
     if (is_utf8(text)) return std::string(text);
-    if (damaged_.empty()) damaged_ = printable(text);
+    if (damaged_.empty()) damaged_ = printable(text.substr(0, kQuoted)) + (text.size() > kQuoted ? "…" : "");
     return printable(text);
   }
   StringMap mended(const StringMap& map) {

@@ -38,13 +38,11 @@ const CLI::App& given_command(const CLI::App& app) {
   return commands.empty() ? app : given_command(*commands.front());
 }
 
-/// A path where a command or nothing was expected: most often one more value after an option with one.
-std::optional<CLI::ExtrasError> stray_path(const std::string& given) {
+/// For a path where a command or nothing was expected: most often one more value after an option with one.
+std::string path_hint(const std::string& given) {
   std::error_code unreadable;
-  if (!std::filesystem::exists(given, unreadable)) return std::nullopt;
-  return CLI::ExtrasError(
-      "'" + given + "' is a file or directory without its option: write the option before it",
-      CLI::ExitCodes::ExtrasError);
+  return std::filesystem::exists(given, unreadable) ? "; to give it to an option, write the option before it"
+                                                    : "";
 }
 
 /// For a misspelled command, the library only reports that a command is missing.
@@ -61,10 +59,9 @@ std::optional<CLI::ExtrasError> unknown_command(const CLI::App& app) {
     list += (list.empty() ? "" : ", ") + command->get_name();
   }
   const std::string& given = left_over.front();
-  if (auto stray = stray_path(given)) return stray;
-  return CLI::ExtrasError(
-      "There is no command '" + given + "'" + suggestion(given, names) + "\nCommands: " + list,
-      CLI::ExitCodes::ExtrasError);
+  return CLI::ExtrasError("There is no command '" + given + "'" + suggestion(given, names) +
+                              path_hint(given) + "\nCommands: " + list,
+                          CLI::ExitCodes::ExtrasError);
 }
 
 /// The first argument that neither the program nor its command knows. It is reported before the option that
@@ -73,10 +70,9 @@ std::optional<CLI::ExtrasError> unknown_argument(const CLI::App& app) {
   const std::vector<std::string> left_over = app.remaining(/*recurse=*/true);
   if (left_over.empty()) return std::nullopt;
   const std::string given = left_over.front().substr(0, left_over.front().find('='));
-  if (!given.starts_with('-')) {
-    if (auto stray = stray_path(given)) return stray;
-    return CLI::ExtrasError("The argument '" + given + "' is not expected", CLI::ExitCodes::ExtrasError);
-  }
+  if (!given.starts_with('-'))
+    return CLI::ExtrasError("The argument '" + given + "' is not expected" + path_hint(given),
+                            CLI::ExitCodes::ExtrasError);
   Names names;
   for (const CLI::App* at : {&app, &given_command(app)})
     for (const CLI::Option* option : at->get_options())

@@ -208,7 +208,8 @@ std::optional<RoundedTimes> rounded_times(const identification::Recording& recor
       continue;
     }
     copies = copies && std::ranges::all_of(recording.columns, [i](const auto& column) {
-               return column.values[i] == column.values[i - 1];
+               return column.values[i] == column.values[i - 1] ||
+                      (std::isnan(column.values[i]) && std::isnan(column.values[i - 1]));
              });
   }
   if (copies || steps.size() < kMinRoundedSteps) return std::nullopt;
@@ -733,7 +734,7 @@ class Reader {
     else if (!(stated_Hz > 0))
       problem(0, found +
                      "; export it with more decimals or, if the rows come at an even rate, state it above "
-                     "the column names: # sample_rate_Hz: " +
+                     "the column names of a CSV file: # sample_rate_Hz: " +
                      rate);
     else if (std::abs(stated_Hz * rounded->period_s - 1) > kSameRate)
       problem(0, found + ", which is " + rate + " Hz, not the stated sample_rate_Hz of " +

@@ -327,10 +327,10 @@ TEST_F(Youbotctl, AnEditOfTheHapticDeviceThatTheCommandLineGivesNeedsNone) {
   EXPECT_NE(commander.finish().exit_code, 2);
   EXPECT_TRUE(comes_to_rest());
   std::ofstream(config) << rest << "[haptic]\ndevice = \"spacemouse\"\nforce_limit_N = 3\n";
+  (void)tell({"acknowledge"});  // a busy machine may have ended the run by a fault
   const CommandResult refused = tell({"enable"});
   EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_TRUE(refused.said("has changed at 'haptic'") || refused.said("acknowledge it first"))
-      << refused.output;
+  EXPECT_TRUE(refused.said("has changed at 'haptic'")) << refused.output;
 }
 
 TEST_F(Youbotctl, WallsStayWhereTheyAreHoweverOftenItIsEnabled) {

@@ -115,8 +115,7 @@ TEST(YoubotdCommand, AMisspelledOptionIsNamedBeforeTheOneThatIsMissing) {
   for (const char* program : {"youbot-gap", "youbotd"}) {  // with commands and without
     const Result stray = Process({support::program(program), kDemo}).finish();
     EXPECT_EQ(stray.exit_code, 2);
-    EXPECT_TRUE(stray.said("is a file or directory without its option: write the option before it"))
-        << stray.output;
+    EXPECT_TRUE(stray.said("; to give it to an option, write the option before it\n")) << stray.output;
   }
 }
 

@@ -175,6 +175,24 @@ TEST(Diagnosis, AWrappedPositionIsUnwrappedBeforeItsServoMakesATorque) {
   }
 }
 
+TEST(Diagnosis, ASetPointInStepsOfLessThanATurnIsNotUnwrapped) {
+  Source source = followed();
+  std::vector<double>& position = column(source, "position_rad");
+  std::vector<double>& goal = column(source, "position_command_rad");
+  for (std::size_t i = 0; i < goal.size(); ++i) {
+    const double phase = 0.01 * static_cast<double>(i);
+    position[i] = std::remainder(2.5 - 2.5 * std::cos(phase), 2 * std::numbers::pi);
+    goal[i] = std::sin(phase) < 0 ? 0 : 5;
+  }
+  const std::vector<double> before = goal;
+  std::vector<Source> sources{source};
+  std::vector<identification::gap::Diagnosis> diagnosis;
+  identification::gap::unwrap_positions(sources, diagnosis);
+  ASSERT_EQ(diagnosis.size(), 1U);
+  const auto after = sources[0].recording.column("position_command_rad");
+  EXPECT_TRUE(std::equal(before.begin(), before.end(), after.begin(), after.end()));
+}
+
 TEST(Diagnosis, StepsOfAnotherEncoderThanTheModelsAreNamed) {
   for (const double factor : {2.0, 0.5, 6.35}) {
     model::effects::DriveModel model = base();

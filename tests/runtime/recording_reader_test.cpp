@@ -206,7 +206,7 @@ TEST(RecordingReader, TimesWithTooFewDecimalsAreNamedAsRounded) {
       problems(kTitle + rounded_rows(1e-3)),
       "f.csv: time_s is the same as in the row before in 449 rows, because it is rounded to 0.01 s while "
       "rows are 0.001 s apart; export it with more decimals or, if the rows come at an even rate, state it "
-      "above the column names: # sample_rate_Hz: 1000");
+      "above the column names of a CSV file: # sample_rate_Hz: 1000");
   // Also at a rate that is no divisor of the rounding, and in seconds since 1970.
   expect_problem(kTitle + rounded_rows(0.007), "is rounded to 0.01 s while rows are 0.007 s apart");
   expect_problem(kTitle + rounded_rows(1e-3, 1.7e9), "sample_rate_Hz: 1000");
