@@ -8,9 +8,8 @@ namespace runtime {
 
 bool is_utf8(std::string_view text);
 
-/// `text` in which bytes that are not UTF-8, and control characters except line breaks and tabs, are written
-/// as
-/// `\x1b`: they could move the cursor, change colours or hide text.
+/// `text` with `\x1b` and so on for bytes that are not UTF-8 and for control characters, except line breaks
+/// and tabs: they could move the cursor, change colours or hide text.
 std::string printable(std::string_view text);
 
 /// The same for a log, where a text cannot begin a line: those after its first are indented by two blanks.
