@@ -164,11 +164,9 @@ class Resampler {
       const Feature& feature = teleoperation_features()[f];
       std::vector<float>& values = episode_->values[f];
       const std::size_t begin = values.size();
-      for (std::size_t i = 0; i < columns_[f].size(); ++i) {
-        const std::size_t column = columns_[f][i];
+      for (const std::size_t column : columns_[f])
         values.push_back(
             static_cast<float>(feature.resampling == Resampling::kMean ? mean_[column] : newest_[column]));
-      }
       keep_sign(feature, values, begin);
     }
     ++episode_->frames;

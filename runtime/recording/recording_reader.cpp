@@ -131,7 +131,7 @@ std::string quoted(std::string_view text) {
 
 /// What stands between the names instead of a comma, for messages; empty if there is no such character.
 std::string_view other_separator(std::string_view names) {
-  constexpr auto has = [](std::string_view text, char c) { return text.find(c) != text.npos; };
+  const auto has = [](std::string_view text, char c) { return text.find(c) != text.npos; };
   if (has(names, ';')) return "';'";
   if (has(names, ',')) return {};
   if (has(names, '\t')) return "tabs";
