@@ -211,26 +211,32 @@ std::vector<Jump> jumps_of(const Source& source, std::span<const double> positio
   return jumps;
 }
 
-/// Whether it stays within a turn, and jumps from one end of that to the other.
-bool wraps(std::span<const double> values, double turn_rad) {
-  const auto [lowest, highest] = std::ranges::minmax(values);
-  return highest - lowest <= (1 + kWholeTurn) * turn_rad &&
-         std::ranges::any_of(steps_of(values),
-                             [&](double step) { return std::abs(step) >= (1 - kWholeTurn) * turn_rad; });
+double longest_step(std::span<const double> values) {
+  const std::vector<double> steps = magnitudes(steps_of(values));
+  return steps.empty() ? 0 : std::ranges::max(steps);
 }
 
-/// Beside a position that was unwrapped: a set-point that wraps is in the turn nearest to it at each row, any
-/// other in the turn that is nearest over all.
+/// Beside a position that was unwrapped: a set-point wraps if it stays within a turn, and has shorter steps
+/// in the turn that is nearest to the position at each row. Any other is in the turn that is nearest over
+/// all.
 void align_set_point(Source& source, double turn_rad) {
   std::vector<double>* const command = column_of(source, "position_command_rad");
   if (command == nullptr) return;
   const auto position = source.recording.column("position_rad");
-  std::vector<double> behind;
-  for (std::size_t i = 0; i < command->size(); ++i) behind.push_back(position[i] - (*command)[i]);
   const auto turns = [&](double rad) { return turn_rad * std::round(rad / turn_rad); };
-  const bool each = wraps(*command, turn_rad);
+  std::vector<double> behind;
+  std::vector<double> nearest;
+  for (std::size_t i = 0; i < command->size(); ++i) {
+    behind.push_back(position[i] - (*command)[i]);
+    nearest.push_back((*command)[i] + turns(behind[i]));
+  }
+  const auto [lowest, highest] = std::ranges::minmax(*command);
+  if (highest - lowest <= (1 + kWholeTurn) * turn_rad && longest_step(nearest) < longest_step(*command)) {
+    *command = std::move(nearest);
+    return;
+  }
   const double all = turns(fit::median(behind));
-  for (std::size_t i = 0; i < command->size(); ++i) (*command)[i] += each ? turns(behind[i]) : all;
+  for (double& value : *command) value += all;
 }
 
 /// Single jumps of a whole turn.

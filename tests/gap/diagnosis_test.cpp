@@ -193,6 +193,26 @@ TEST(Diagnosis, ASetPointInStepsOfLessThanATurnIsNotUnwrapped) {
   EXPECT_TRUE(std::equal(before.begin(), before.end(), after.begin(), after.end()));
 }
 
+TEST(Diagnosis, AWrappedSetPointIsUnwrappedAtAnySpeed) {
+  for (const double step_rad : {0.01, 0.3, 0.8})
+    for (const std::size_t held : {std::size_t{1}, std::size_t{3}}) {
+      SCOPED_TRACE(testing::Message() << step_rad << " rad from row to row, held for " << held);
+      Source source = followed();
+      std::vector<double>& position = column(source, "position_rad");
+      std::vector<double>& goal = column(source, "position_command_rad");
+      for (std::size_t i = 0; i < goal.size(); ++i) {
+        position[i] = std::remainder(step_rad * static_cast<double>(i), 2 * std::numbers::pi);
+        goal[i] = std::remainder(step_rad * static_cast<double>(i - i % held) + 0.1, 2 * std::numbers::pi);
+      }
+      std::vector<Source> sources{source};
+      std::vector<identification::gap::Diagnosis> diagnosis;
+      identification::gap::unwrap_positions(sources, diagnosis);
+      const auto unwrapped = sources[0].recording.column("position_command_rad");
+      for (std::size_t i = 0; i < unwrapped.size(); ++i)
+        ASSERT_NEAR(unwrapped[i], step_rad * static_cast<double>(i - i % held) + 0.1, 1e-6) << i;
+    }
+}
+
 TEST(Diagnosis, StepsOfAnotherEncoderThanTheModelsAreNamed) {
   for (const double factor : {2.0, 0.5, 6.35}) {
     model::effects::DriveModel model = base();
