@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -13,6 +14,7 @@
 #include <map>
 #include <numbers>
 #include <numeric>
+#include <random>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -142,6 +144,24 @@ TEST(Report, ValuesThatAreNotFiniteBecomeGaps) {
   Page page("P");
   page.plot(plot_of({{"s", {0, 1, 2}, {kNaN, kInfinity, -0.25}}}));
   EXPECT_TRUE(has(page.html(), R"("x":[0,1,2],"y":[null,null,-0.25],"lower":null,"upper":null)"));
+}
+
+TEST(Report, PlottedValuesHaveNineSignificantDigits) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<> mantissa(-10, 10);
+  std::uniform_int_distribution<> exponent(-7, 10);
+  std::vector<double> values{0,   -0.0,  1e-4,  9.99999999949e-4, 0.01, 0.1, 1, 9.9999999996, 99999999.96,
+                             1e8, 1e300, 5e-324};
+  for (int i = 0; i < 3000; ++i) values.push_back(mantissa(random) * std::pow(10.0, exponent(random)));
+  std::string expected;
+  for (const double value : values) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.9g", value);
+    expected += (expected.empty() ? "" : ",") + std::string(text.data());
+  }
+  Page page("P");
+  page.plot(plot_of({{.name = "s", .x = values, .y = values}}));
+  EXPECT_TRUE(has(page.html(), R"("x":[)" + expected + "]"));
 }
 
 TEST(Report, RefusesWhatCannotBeDrawnAndNamesIt) {

@@ -376,7 +376,7 @@ TEST_F(RecordingFileTest, FixedDecimalsAreThoseOfTheStandardLibrary) {
   std::uniform_int_distribution<> exponent(-12, 13);
   for (int i = 0; i < 20'000; ++i) values.push_back(mantissa(random) * std::pow(10.0, exponent(random)));
   for (int i = 0; i < 2'000; ++i) values.push_back((i + 0.5) * 1e-4);
-  for (const int decimals : {0, 1, 3, 6, 9, 12}) {
+  for (const int decimals : {0, 1, 3, 6, 9, 12, 13}) {
     RecordingFile file(path(), {}, {{"value", decimals}}, RecordingFile::Existing::kReplace);
     for (const double value : values) file.append_row(std::array{value});
     file.close();
