@@ -36,7 +36,8 @@ using std::chrono::milliseconds;
 struct Arguments {
   std::uint64_t seed = 1;
   std::uint64_t count = 100;
-  unsigned jobs = std::max(1U, std::thread::hardware_concurrency());
+  /// Two for each processor: a script sometimes waits for the writer of its recording.
+  unsigned jobs = 2 * std::max(1U, std::thread::hardware_concurrency());
   std::string script;
   std::string kind;
   bool each_kind = false;
