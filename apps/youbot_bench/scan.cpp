@@ -82,7 +82,7 @@ void print_text(const std::vector<ethercat::Slave>& slaves, const std::string& i
     std::string protocols;
     for (const std::string& name : protocols_of(slave)) protocols += (protocols.empty() ? "" : "+") + name;
     std::printf("%-4u %-14s 0x%08X 0x%08X 0x%08X %-8s %-12s %-10s %-9s %s\n", slave.position,
-                runtime::printable(slave.sii.name).c_str(), slave.sii.vendor, slave.sii.product,
+                runtime::printable_entry(slave.sii.name).c_str(), slave.sii.vendor, slave.sii.product,
                 slave.sii.revision, behind.c_str(), bytes.c_str(), mailbox.c_str(),
                 protocols.empty() ? "none" : protocols.c_str(),
                 slave.has_distributed_clock() ? "yes" : "none");

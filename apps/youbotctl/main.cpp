@@ -67,7 +67,7 @@ std::vector<std::string> texts(const json& status, const char* key) {
 /// A line for each item.
 void print(const json& status) {
   const auto line = [](const char* name, const std::string& what) {
-    if (!what.empty()) std::printf("%-10s %s\n", name, runtime::printable(what).c_str());
+    if (!what.empty()) std::printf("%-10s %s\n", name, runtime::printable_entry(what).c_str());
   };
   const auto numbers = [&](const char* name, const char* key, const char* unit) {
     const auto found = status.find(key);
@@ -218,7 +218,7 @@ int enable(const Arguments& arguments) {
   }
   const std::string stopped = stopping ? "" : text(reply["status"], "stopped");
   if (!arguments.quiet)
-    std::printf("off%s%s\n", stopped.empty() ? "" : ": ", runtime::printable(stopped).c_str());
+    std::printf("off%s%s\n", stopped.empty() ? "" : ": ", runtime::printable_entry(stopped).c_str());
   return runtime::kExitOk;
 }
 

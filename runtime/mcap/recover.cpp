@@ -13,14 +13,20 @@
 namespace runtime::mcap {
 namespace {
 
-constexpr std::size_t kQuoted = 40;
+/// The beginning of a text, up to the end of a character.
+std::string quoted(std::string_view text) {
+  std::size_t bytes = 40;
+  if (text.size() <= bytes) return printable(text);
+  while (bytes > 0 && (static_cast<unsigned char>(text[bytes]) & 0xC0U) == 0x80) --bytes;
+  return printable(text.substr(0, bytes)) + "…";
+}
 
 /// The texts of one record. MCAP's are UTF-8, and other programs refuse a file with one that is not.
 class Texts {
  public:
   std::string mended(std::string_view text) {
     if (is_utf8(text)) return std::string(text);
-    if (damaged_.empty()) damaged_ = printable(text.substr(0, kQuoted)) + (text.size() > kQuoted ? "…" : "");
+    if (damaged_.empty()) damaged_ = quoted(text);
     return printable(text);
   }
   StringMap mended(const StringMap& map) {

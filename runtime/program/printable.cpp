@@ -33,6 +33,11 @@ bool controls(std::string_view character) {
   return character.size() == 2 && first == 0xC2 && byte_at(character, 1) < 0xA0;
 }
 
+/// U+FFFE and U+FFFF.
+bool is_no_character(std::string_view character) {
+  return character.size() == 3 && character.starts_with("\xef\xbf") && byte_at(character, 2) >= 0xBE;
+}
+
 }  // namespace
 
 bool is_utf8(std::string_view text) {
@@ -50,7 +55,7 @@ std::string printable(std::string_view text) {
   while (!text.empty()) {
     const std::size_t size = character_size(text);
     const std::string_view character = text.substr(0, std::max<std::size_t>(size, 1));
-    if (size > 0 && !controls(character)) {
+    if (size > 0 && !controls(character) && !is_no_character(character)) {
       result += character;
     } else {
       for (const char c : character) result += fmt::format("\\x{:02x}", static_cast<std::uint8_t>(c));

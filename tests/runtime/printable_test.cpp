@@ -39,6 +39,11 @@ TEST(Printable, BytesThatAreNoUtf8AreNamed) {
       << "above U+10FFFF";
 }
 
+TEST(Printable, WhatIsNoCharacterIsNamed) {
+  EXPECT_EQ(printable("\xef\xbf\xbe\xef\xbf\xbf"), R"(\xef\xbf\xbe\xef\xbf\xbf)") << "U+FFFE, U+FFFF";
+  EXPECT_EQ(printable("\xef\xbf\xbd"), "\xef\xbf\xbd") << "U+FFFD";
+}
+
 TEST(Printable, AnEntryOfALogCannotBeginAnother) {
   EXPECT_EQ(runtime::printable_entry("no\nyoubotd: info: run 3 enabled"),
             "no\n  youbotd: info: run 3 enabled");

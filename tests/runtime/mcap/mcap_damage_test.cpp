@@ -138,6 +138,20 @@ TEST(McapDamage, AChunkWithAWrongChecksumIsLeftOutAndTheNextOnesAreKept) {
   EXPECT_FALSE(recovered.torn_at);
 }
 
+TEST(McapDamage, AQuotedTextEndsWithAWholeCharacter) {
+  std::string file;
+  McapWriter writer([&file](std::string_view part) { file += part; },
+                    {.profile = "ros2", .library = "test", .compression = Compression::kNone});
+  writer.add_schema("\xff" + std::string(38, 'n') + "ü and more", "ros2msg", "");
+  writer.finish();
+
+  std::string whole;
+  const Recovered recovered = recovered_from(file, whole);
+  ASSERT_EQ(recovered.problems.size(), 1U);
+  EXPECT_TRUE(recovered.problems[0].ends_with("written as \\xff" + std::string(38, 'n') + "…"))
+      << recovered.problems[0];
+}
+
 TEST(McapDamage, TextsThatAreNotUtf8AreMendedAndReportedAndCostNoMessage) {
   std::string file;
   McapWriter writer([&file](std::string_view part) { file += part; },
