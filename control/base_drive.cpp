@@ -40,10 +40,15 @@ BaseDrive::BaseDrive(const Config& config)
       odometry_(map_),
       compensator_(config.compensator),
       observers_{wheel_observer(1, config), wheel_observer(2, config), wheel_observer(3, config),
-                 wheel_observer(4, config)} {
+                 wheel_observer(4, config)},
+      friction_factor_(config.friction_factor) {
   if (!(config.wrench_limits.force_N >= 0 && config.wrench_limits.moment_Nm >= 0 &&
         config.torque_limit_Nm >= 0))
     throw std::invalid_argument("base drive: limits must not be negative");
+  for (const double factor : config.friction_factor)
+    if (!(factor >= 0 && std::isfinite(factor)))
+      throw std::invalid_argument("base drive: friction_factor must not be negative");
+  if (config.adaptation) adaptation_.emplace(*config.adaptation, map_, config.friction_factor);
   if (!config.wheels) return;
   for (std::size_t i = 0; i < 4; ++i) {
     const model::JointResistance& wheel = (*config.wheels)[i];
@@ -60,6 +65,7 @@ void BaseDrive::reset(const WheelVector& wheel_position_rad, const PlanarPose& X
 void BaseDrive::forget_velocity(const WheelVector& wheel_position_rad) noexcept {
   for (Eigen::Index i = 0; i < 4; ++i) observers_[static_cast<std::size_t>(i)].reset(wheel_position_rad[i]);
   for (DeadbandModulator& modulator : deadband_modulators_) modulator.reset();
+  if (adaptation_) adaptation_->forget_motion();
 }
 
 BaseDrive::State BaseDrive::sense(const WheelVector& wheel_position_rad,
@@ -72,6 +78,15 @@ BaseDrive::State BaseDrive::sense(const WheelVector& wheel_position_rad,
   }
   state.X_WB = odometry_.step(wheel_position_rad);
   state.twist_B = map_.twist(state.wheel_velocity_rad_per_s);
+  if (adaptation_) {
+    adaptation_->step(torque_Nm_, command_Nm_, estimates_, state.twist_B,
+                      elapsed_s.value_or(config_.observer.filter.period_s));
+    friction_factor_ = adaptation_->factors();
+  }
+  state.friction_factor = friction_factor_;
+  // Until drive() is called, the wheels have no torque.
+  torque_Nm_.setZero();
+  command_Nm_.setZero();
   return state;
 }
 
@@ -80,14 +95,17 @@ BaseDrive::Torques BaseDrive::drive(const PlanarVector& wrench_B, bool compensat
   const Limited<PlanarVector> wrench = limited_wrench(wrench_B, config_.wrench_limits);
   torques.wrench_B = wrench.value;
   WheelVector torque_Nm = map_.wheel_torque(wrench.value);
+  if (compensate) command_Nm_ = torque_Nm;
   if (compensate)
     for (Eigen::Index i = 0; i < 4; ++i) {
       const auto wheel = static_cast<std::size_t>(i);
-      torque_Nm[i] += compensator_.torque_Nm(torque_Nm[i], estimates_[wheel], observers_[wheel]);
+      torque_Nm[i] +=
+          compensator_.torque_Nm(torque_Nm[i], estimates_[wheel], observers_[wheel], friction_factor_[wheel]);
     }
   const Limited<WheelVector> torque = limited_torque(torque_Nm, config_.torque_limit_Nm);
   for (Eigen::Index i = 0; i < 4; ++i)
     torques.torque_Nm[i] = deadband_modulators_[static_cast<std::size_t>(i)].step(torque.value[i]);
+  torque_Nm_ = torques.torque_Nm;
   torques.limited = wrench.limited || torque.limited;
   return torques;
 }

@@ -7,6 +7,7 @@
 
 #include "control/base_odometry.h"
 #include "control/deadband_modulator.h"
+#include "control/friction_adaptation.h"
 #include "control/friction_compensator.h"
 #include "control/friction_observer.h"
 #include "control/limits.h"
@@ -33,11 +34,16 @@ class BaseDrive {
     /// rest must not exceed torque_limit_Nm.
     std::optional<std::array<model::JointResistance, 4>> wheels{};
     bool compensate_friction = true;
+    /// Of each wheel's model, curve or file: the load differs from that of the measurement.
+    std::array<double, 4> friction_factor{1, 1, 1, 1};
+    /// Learns the factors, beginning with these; empty: they stay.
+    std::optional<FrictionAdaptation::Config> adaptation{};
   };
   struct State {
     PlanarPose X_WB;                              ///< odometry
     PlanarVector twist_B = PlanarVector::Zero();  ///< from the filtered wheel velocities
     WheelVector wheel_velocity_rad_per_s = WheelVector::Zero();
+    std::array<double, 4> friction_factor{1, 1, 1, 1};  ///< of each wheel's model, now
   };
   struct Torques {
     WheelVector torque_Nm = WheelVector::Zero();
@@ -74,6 +80,10 @@ class BaseDrive {
   std::array<FrictionObserver, 4> observers_;
   std::array<FrictionEstimate, 4> estimates_{};
   std::array<DeadbandModulator, 4> deadband_modulators_{};
+  std::optional<FrictionAdaptation> adaptation_;
+  std::array<double, 4> friction_factor_;
+  WheelVector command_Nm_ = WheelVector::Zero();  // of the last cycle, without compensation
+  WheelVector torque_Nm_ = WheelVector::Zero();   // of the last cycle
 };
 
 }  // namespace control

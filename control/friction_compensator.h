@@ -29,9 +29,9 @@ class FrictionCompensator {
   /// @throws std::invalid_argument naming the value out of range.
   explicit FrictionCompensator(const Config& config);
 
-  /// Torque to add to `command_Nm`.
-  double torque_Nm(double command_Nm, const FrictionEstimate& estimate,
-                   const FrictionObserver& observer) const noexcept;
+  /// Torque to add to `command_Nm`. `factor`: of the model's friction, see FrictionAdaptation.
+  double torque_Nm(double command_Nm, const FrictionEstimate& estimate, const FrictionObserver& observer,
+                   double factor = 1) const noexcept;
 
  private:
   Config config_;

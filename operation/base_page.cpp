@@ -36,6 +36,7 @@ class BaseReport final : public RunReport<CycleRecord, Summary> {
     put(kCommand, record.torque_command_Nm);
     put(kMeasured, record.torque_measured_Nm);
     put(kVelocity, record.velocity_rad_per_s);
+    put(kFactor, record.friction_factor);
     trace_.add(hal::seconds(record.time), values);
     reference_.add({record.reference_W[0], record.reference_W[1], 0});
     odometry_.add({record.odometry_W[0], record.odometry_W[1], 0});
@@ -70,7 +71,8 @@ class BaseReport final : public RunReport<CycleRecord, Summary> {
     kCommand = 11,
     kMeasured = 15,
     kVelocity = 19,
-    kChannels = 23,
+    kFactor = 23,
+    kChannels = 27,
   };
 
   static std::vector<RunPage::Limit> limits() {
@@ -137,7 +139,7 @@ class BaseReport final : public RunReport<CycleRecord, Summary> {
         fmt::format("With friction compensation; limited to {:g} N·m.", config_.controller.torque_limit_Nm);
     report::Plot velocity = plot("Wheel velocity", {"velocity", "rad/s"}, wheels(kVelocity));
     velocity.note = fmt::format("More than {:g} rad/s stops the robot.", config_.wheel_speed_limit_rad_per_s);
-    page.plots(
+    std::vector<report::Plot> plots(
         {plot("Position", {"position", "m"},
               {trace_.series("x", kPose, 4), trace_.series("y", kPose + 1, 4),
                trace_.series("x of the reference", kReference, 4, 1, Style::kDashed),
@@ -150,6 +152,11 @@ class BaseReport final : public RunReport<CycleRecord, Summary> {
          plot("Heading error", {"reference − base", "rad"}, {trace_.series("heading error", kTurn, 4)}),
          force, moment, torque, plot("Wheel torque, measured", {"torque", "N·m"}, wheels(kMeasured)),
          velocity});
+    if (config_.controller.adaptation) {
+      plots.push_back(plot("Friction, as learned", {"factor"}, wheels(kFactor)));
+      plots.back().note = "Of each wheel's model; the compensation uses it.";
+    }
+    page.plots(plots);
   }
 
   Cycle::Config config_;

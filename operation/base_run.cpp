@@ -32,10 +32,13 @@ BaseRun::BaseRun(const Config& config, const RunOptions& options, hal::Robot& ro
     : RecordedRun(config, options, around(config, options, std::move(after_cycle)), config.cycle, robot,
                   *motion, truth),
       robot_(robot),
-      motion_(std::move(motion)) {}
+      motion_(std::move(motion)) {
+  if (config.cycle.controller.adaptation) summary_.learned_factors = config.cycle.controller.friction_factor;
+}
 
 bool BaseRun::sum_up(CycleRecord& record) noexcept {
   summary_.path.add(record);
+  if (summary_.learned_factors) summary_.learned_factors = record.friction_factor;
   return true;
 }
 

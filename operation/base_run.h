@@ -1,8 +1,10 @@
 /// @file
 /// A run of the base: its task with recording and summary.
 #pragma once
+#include <array>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "operation/base_task.h"
@@ -14,6 +16,7 @@ namespace operation {
 struct Summary : RunSummary {
   PathMetrics path;
   bool fell_behind = false;  ///< stopped because it was too far from its reference
+  std::optional<std::array<double, 4>> learned_factors{};  ///< of the wheels' friction; empty: not adapted
 };
 
 class BaseRun final : public RecordedRun<Cycle, CycleRecord, Summary> {

@@ -222,6 +222,7 @@ void BaseTask::keep_record(const control::BaseController::Output& output) noexce
   for (std::size_t i = 0; i < 3; ++i) record_.wrench_B[i] = output.wrench_B[static_cast<Eigen::Index>(i)];
   for (std::size_t i = 0; i < kWheels; ++i)
     record_.velocity_rad_per_s[i] = output.wheel_velocity_rad_per_s[static_cast<Eigen::Index>(i)];
+  record_.friction_factor = output.friction_factor;
 }
 
 }  // namespace operation

@@ -245,6 +245,18 @@ void read_compensation(TomlTable& table, const std::filesystem::path& folder, do
                {.min = 5, .max = 1000});
   table.number("filter_damping", controller.observer.filter.damping, {.min = 0.3, .max = 3});
   read_wheel_models(table, folder, top_speed_rad_per_s, controller, models);
+  const control::FrictionAdaptation::Config adaptation{
+      .inertia = controller.feedforward_inertia, .full_command_Nm = controller.compensator.full_command_Nm};
+  table.numbers("factors", controller.friction_factor, {.min = adaptation.least, .max = adaptation.greatest});
+  bool adapt = false;
+  table.boolean("adapt", adapt);
+  if (!adapt) return;
+  if ((adaptation.inertia.array() > 0).all())
+    controller.adaptation = adaptation;
+  else
+    table.refuse("adapt",
+                 "needs the inertia of the base: 'controller.feedforward_mass_kg' and "
+                 "'controller.feedforward_inertia_kg_m2' above zero");
 }
 
 void read_path(TomlTable table, control::BasePath::Plan& path) {
@@ -320,6 +332,8 @@ void complete(control::Teleoperation::Config& teleoperation, const Config& confi
   teleoperation.period_s = teleoperation.robot.period_s = teleoperation.mapping.period_s =
       teleoperation.smoothing.period_s = teleoperation.presence.period_s = period_s;
   teleoperation.robot.base = static_cast<const control::BaseDrive::Config&>(config.cycle.controller);
+  // What the arm's motion does to the base would be taken for friction.
+  teleoperation.robot.base.adaptation.reset();
   teleoperation.workspace = config.cycle.workspace;
   teleoperation.wheel_speed_limit_rad_per_s = config.cycle.wheel_speed_limit_rad_per_s;
   teleoperation.tank.force_rate_N_per_s = config.haptic.limits.slew_N_per_s;

@@ -38,6 +38,7 @@ struct CycleRecord {
   std::array<double, 4> position_rad{};
   std::array<double, 4> velocity_rad_per_s{};           ///< filtered from the position
   std::array<double, 4> reported_velocity_rad_per_s{};  ///< the motor controllers' own
+  std::array<double, 4> friction_factor{1, 1, 1, 1};    ///< of each wheel's model in the compensation
   std::array<double, 3> reference_W = kUnknown;         ///< NaN without a reference
   std::array<double, 3> odometry_W{};
   std::array<double, 3> truth_W = kUnknown;  ///< of the simulated base; NaN for a real robot
@@ -69,6 +70,7 @@ void visit(const CycleRecord& r, Column&& column) {
     column(kWheelNames[i], "_position_rad", r.position_rad[i], 7);
     column(kWheelNames[i], "_velocity_rad_per_s", r.velocity_rad_per_s[i], 6);
     column(kWheelNames[i], "_reported_velocity_rad_per_s", r.reported_velocity_rad_per_s[i], 6);
+    column(kWheelNames[i], "_friction_factor", r.friction_factor[i], 4);
   }
   column("wake_up_us", "", std::chrono::duration<double, std::micro>(r.wake_up).count(), 3);
   column("step_us", "", std::chrono::duration<double, std::micro>(r.step).count(), 3);

@@ -78,6 +78,13 @@ std::string report(const Summary& summary) {
                       path.on_truth() ? " (true pose)" : " (odometry)");
   text += fmt::format("             final error {:.1f} mm, {:.4f} rad; at its limits {:.0f} % of the time\n",
                       1e3 * path.final_m(), path.final_rad(), 100 * path.limited_share());
+  if (summary.learned_factors) {
+    const std::array<double, 4>& f = *summary.learned_factors;
+    text += fmt::format(
+        "learned      friction of the wheels over that of their models; the next run starts with it with\n"
+        "             factors = [{:.2f}, {:.2f}, {:.2f}, {:.2f}] in [compensation]\n",
+        f[0], f[1], f[2], f[3]);
+  }
   return text + report_of_any_run(summary);
 }
 

@@ -79,6 +79,10 @@ constexpr auto kBounds = std::to_array<Bound>(
      {"controller.turning_damping_Nm_s_per_rad",
       [](const Config& c) { return c.cycle.controller.damping[2]; }, Side::kBelow},
      {"compensation.margin", [](const Config& c) { return c.cycle.controller.compensator.margin; }},
+     {"compensation.factors[0]", [](const Config& c) { return c.cycle.controller.friction_factor[0]; }},
+     {"compensation.factors[1]", [](const Config& c) { return c.cycle.controller.friction_factor[1]; }},
+     {"compensation.factors[2]", [](const Config& c) { return c.cycle.controller.friction_factor[2]; }},
+     {"compensation.factors[3]", [](const Config& c) { return c.cycle.controller.friction_factor[3]; }},
      {"compensation.filter_damping",
       [](const Config& c) { return c.cycle.controller.observer.filter.damping; }},
      {"compensation.full_command_Nm",
@@ -279,6 +283,7 @@ struct Switch {
 };
 constexpr auto kSwitches = std::to_array<Switch>(
     {{"compensation.enabled", [](const Config& c) { return c.cycle.controller.compensate_friction; }, false},
+     {"compensation.adapt", [](const Config& c) { return c.cycle.controller.adaptation.has_value(); }, false},
      {"teleoperation.mapping.follow_rotation",
       [](const Config& c) { return c.teleoperation.mapping.follow_rotation; }, false},
      {"teleoperation.feedback.enabled", [](const Config& c) { return c.teleoperation.force_feedback; },

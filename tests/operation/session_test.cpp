@@ -1,4 +1,5 @@
 #include "operation/session.h"
+#include "operation/report.h"
 
 #include <gtest/gtest.h>
 #include <spdlog/fmt/fmt.h>
@@ -120,7 +121,7 @@ TEST_F(Session, RecordsEveryCycleOfEveryWheelInTheContractsFormat) {
   EXPECT_GT(wheel.back()[3], 0.05);
   EXPECT_GT(wheel[wheel.size() / 2][1], 0.02);
   EXPECT_TRUE(fs::exists(*options.record_directory / "config.toml"));
-  EXPECT_EQ(rows(*options.record_directory / "base.csv", 37).size(), summary.loop.cycles);
+  EXPECT_EQ(rows(*options.record_directory / "base.csv", 41).size(), summary.loop.cycles);
 }
 
 TEST_F(Session, RecordsOneFileAsMcapWithEverythingThatTheTextFilesHave) {
@@ -397,7 +398,7 @@ TEST_F(Session, ADiskThatFillsUpCostsRowsButNotTheRunAndFilesStayReadable) {
   EXPECT_EQ(summary.cycles_recorded + summary.cycles_lost, summary.loop.cycles);
   EXPECT_FALSE(summary.recording_problems.empty());
   EXPECT_GT(rows(directory / "wheel-1.csv", 5).size(), 100U);
-  EXPECT_GT(rows(directory / "base.csv", 37).size(), 100U);
+  EXPECT_GT(rows(directory / "base.csv", 41).size(), 100U);
 }
 
 TEST_F(Session, ADiskThatFillsUpCostsTheRestOfAnMcapFile) {
@@ -423,7 +424,7 @@ TEST_F(Session, AFaultLeavesTheLastSecondBehind) {
   const Summary summary = run_session(config, options, stop);
   EXPECT_NE(summary.stop_reason.find("more than allowed"), std::string::npos) << summary.stop_reason;
   ASSERT_TRUE(summary.fault_report.has_value());
-  const auto last = rows(*summary.fault_report, 37);
+  const auto last = rows(*summary.fault_report, 41);
   EXPECT_EQ(last.size(), 1000U);
   EXPECT_NEAR(last.back()[0] - last.front()[0], 0.999, 1e-6);
   EXPECT_EQ(last.back()[1], static_cast<double>(Phase::kFaulted));
@@ -435,7 +436,7 @@ TEST_F(Session, StoppedInMidMotionItBrakesToRestBeforeTheDrivesGoOff) {
   const Summary summary = run_session(config, options, stop);
   EXPECT_TRUE(summary.stop_reason.empty()) << summary.stop_reason;
   EXPECT_TRUE(summary.cut_short);
-  const auto base = rows(directory / "base.csv", 37);
+  const auto base = rows(directory / "base.csv", 41);
   const auto truth_x_m = [&](std::size_t i) { return base[i][9]; };
   const std::size_t asked = 8000;
   EXPECT_GT(truth_x_m(asked) - truth_x_m(asked - 100), 0.1 * 0.02) << "it was not moving";
@@ -478,7 +479,7 @@ TEST_F(Session, AFaultReportFindsAnotherPlaceWhenTheRecordingHasLostItsOwn) {
   config.cycle.wheel_speed_limit_rad_per_s = 0.5;
   const Summary summary = run_session(config, options, stop);
   ASSERT_TRUE(summary.fault_report.has_value());
-  EXPECT_EQ(rows(*summary.fault_report, 37).size(), 1000U);
+  EXPECT_EQ(rows(*summary.fault_report, 41).size(), 1000U);
   fs::remove(*summary.fault_report);
 }
 
@@ -538,6 +539,41 @@ TEST_F(Session, TheDemoFileIsTheDefaultConfiguration) {
   EXPECT_EQ(config.robot.simulation.step, defaults.robot.simulation.step);
   EXPECT_EQ(config.robot.simulation.noise_seed, defaults.robot.simulation.noise_seed);
   EXPECT_TRUE(defaults.path.displacements_B.empty());
+}
+
+TEST_F(Session, WhatTheCompensationLearnsIsReportedAndRecorded) {
+  constexpr std::array kLoad{1.6, 1.8, 1.7, 1.9};
+  constexpr std::size_t kFactor = 20;  // column of wheel 1's
+  config = load_config(directory.write(
+      "adapt.toml",
+      // Forward only: sideways the rollers add their resistance.
+      "[compensation]\nadapt = true\nfactors = [1.2, 1.2, 1.2, 1.2]\n\n[[path.leg]]\nforward_m = 0.5\n\n"
+      "[simulation]\nloaded_friction_scale = [1.6, 1.8, 1.7, 1.9]\n"));
+  options.record_directory = directory.path();
+  const Summary summary = run_session(config, options, stop);
+  EXPECT_LT(summary.path.worst_m(), 0.02);
+  ASSERT_TRUE(summary.learned_factors.has_value());
+  const auto base = rows(directory / "base.csv", 41);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(base.front()[kFactor + 6 * i], 1.2);
+    EXPECT_NEAR(base.back()[kFactor + 6 * i], (*summary.learned_factors)[i], 1e-4);
+    EXPECT_NEAR((*summary.learned_factors)[i], kLoad[i], 0.05 * kLoad[i]);
+  }
+  EXPECT_NE(operation::report(summary).find("factors = [1."), std::string::npos)
+      << operation::report(summary);
+}
+
+TEST_F(Session, AnAdaptationNeedsTheInertiaOfTheBase) {
+  try {
+    (void)load_config(directory.write(
+        "bad.toml", "[controller]\nfeedforward_mass_kg = 0\n\n[compensation]\nadapt = true\n"));
+    FAIL();
+  } catch (const runtime::ConfigError& error) {
+    ASSERT_EQ(error.problems().size(), 1U) << error.what();
+    EXPECT_NE(error.problems()[0].find("bad.toml:5: 'compensation.adapt'"), std::string::npos)
+        << error.what();
+    EXPECT_NE(error.problems()[0].find("feedforward_mass_kg"), std::string::npos) << error.what();
+  }
 }
 
 TEST_F(Session, ConfigurationMistakesAreAllListedWithTheirLines) {
