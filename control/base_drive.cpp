@@ -48,7 +48,8 @@ BaseDrive::BaseDrive(const Config& config)
   for (const double factor : config.friction_factor)
     if (!(factor >= 0 && std::isfinite(factor)))
       throw std::invalid_argument("base drive: friction_factor must not be negative");
-  if (config.adaptation) adaptation_.emplace(*config.adaptation, map_, config.friction_factor);
+  if (config.adapt && config.compensate_friction)
+    adaptation_.emplace(config.adaptation, map_, config.friction_factor);
   if (!config.wheels) return;
   for (std::size_t i = 0; i < 4; ++i) {
     const model::JointResistance& wheel = (*config.wheels)[i];
@@ -78,16 +79,19 @@ BaseDrive::State BaseDrive::sense(const WheelVector& wheel_position_rad,
   }
   state.X_WB = odometry_.step(wheel_position_rad);
   state.twist_B = map_.twist(state.wheel_velocity_rad_per_s);
-  if (adaptation_) {
-    adaptation_->step(torque_Nm_, command_Nm_, estimates_, state.twist_B,
-                      elapsed_s.value_or(config_.observer.filter.period_s));
-    friction_factor_ = adaptation_->factors();
-  }
+  if (adaptation_) learn_friction(state, elapsed_s.value_or(config_.observer.filter.period_s));
   state.friction_factor = friction_factor_;
-  // Until drive() is called, the wheels have no torque.
-  torque_Nm_.setZero();
-  command_Nm_.setZero();
   return state;
+}
+
+void BaseDrive::learn_friction(const State& state, double elapsed_s) noexcept {
+  // Without compensation, the drives may be off or turn the wheels by themselves: their torque is not known.
+  if (compensated_)
+    adaptation_->step(torque_Nm_, command_Nm_, estimates_, state.twist_B, elapsed_s);
+  else
+    adaptation_->forget_motion();
+  compensated_ = false;
+  friction_factor_ = adaptation_->factors();
 }
 
 BaseDrive::Torques BaseDrive::drive(const PlanarVector& wrench_B, bool compensate) noexcept {
@@ -95,7 +99,8 @@ BaseDrive::Torques BaseDrive::drive(const PlanarVector& wrench_B, bool compensat
   const Limited<PlanarVector> wrench = limited_wrench(wrench_B, config_.wrench_limits);
   torques.wrench_B = wrench.value;
   WheelVector torque_Nm = map_.wheel_torque(wrench.value);
-  if (compensate) command_Nm_ = torque_Nm;
+  compensated_ = compensate;
+  command_Nm_ = torque_Nm;
   if (compensate)
     for (Eigen::Index i = 0; i < 4; ++i) {
       const auto wheel = static_cast<std::size_t>(i);

@@ -36,8 +36,9 @@ class BaseDrive {
     bool compensate_friction = true;
     /// Of each wheel's model, curve or file: the load differs from that of the measurement.
     std::array<double, 4> friction_factor{1, 1, 1, 1};
-    /// Learns the factors, beginning with these; empty: they stay.
-    std::optional<FrictionAdaptation::Config> adaptation{};
+    /// Whether the compensation learns the factors, beginning with these.
+    bool adapt = false;
+    FrictionAdaptation::Config adaptation;
   };
   struct State {
     PlanarPose X_WB;                              ///< odometry
@@ -72,6 +73,7 @@ class BaseDrive {
 
  private:
   Torques drive(const PlanarVector& wrench_B, bool compensate) noexcept;
+  void learn_friction(const State& state, double elapsed_s) noexcept;
 
   Config config_;
   LinkMap map_;
@@ -84,6 +86,7 @@ class BaseDrive {
   std::array<double, 4> friction_factor_;
   WheelVector command_Nm_ = WheelVector::Zero();  // of the last cycle, without compensation
   WheelVector torque_Nm_ = WheelVector::Zero();   // of the last cycle
+  bool compensated_ = false;                      // in the last cycle
 };
 
 }  // namespace control

@@ -152,8 +152,8 @@ class BaseReport final : public RunReport<CycleRecord, Summary> {
          plot("Heading error", {"reference − base", "rad"}, {trace_.series("heading error", kTurn, 4)}),
          force, moment, torque, plot("Wheel torque, measured", {"torque", "N·m"}, wheels(kMeasured)),
          velocity});
-    if (config_.controller.adaptation) {
-      plots.push_back(plot("Friction, as learned", {"factor"}, wheels(kFactor)));
+    if (config_.controller.adapt) {
+      plots.push_back(plot("Friction factor", {"factor"}, wheels(kFactor)));
       plots.back().note = "Of each wheel's model; the compensation uses it.";
     }
     page.plots(plots);

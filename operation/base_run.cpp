@@ -1,11 +1,21 @@
 #include "operation/base_run.h"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "operation/base_page.h"
 #include "operation/base_recording.h"
 
 namespace operation {
+namespace {
+
+/// Above the blend speed of the compensation by any setting.
+constexpr double kSliding_rad_per_s = 0.25;
+/// A second of sliding has shown the friction.
+constexpr std::uint64_t kLearnedCycles = 1000;
+
+}  // namespace
 
 BaseRun::Around BaseRun::around(const Config& config, const RunOptions& options,
                                 std::function<void(const CycleRecord&)> after_cycle) {
@@ -33,12 +43,16 @@ BaseRun::BaseRun(const Config& config, const RunOptions& options, hal::Robot& ro
                   *motion, truth),
       robot_(robot),
       motion_(std::move(motion)) {
-  if (config.cycle.controller.adaptation) summary_.learned_factors = config.cycle.controller.friction_factor;
+  adapts_ = config.cycle.controller.adapt && config.cycle.controller.compensate_friction;
 }
 
 bool BaseRun::sum_up(CycleRecord& record) noexcept {
   summary_.path.add(record);
-  if (summary_.learned_factors) summary_.learned_factors = record.friction_factor;
+  // At rest the factors are what the next motion may need.
+  const auto slides = [](double speed_rad_per_s) { return std::abs(speed_rad_per_s) > kSliding_rad_per_s; };
+  if (adapts_ && record.phase == Phase::kRunning && std::ranges::all_of(record.velocity_rad_per_s, slides) &&
+      ++sliding_cycles_ > kLearnedCycles)
+    summary_.learned_factors = record.friction_factor;
   return true;
 }
 

@@ -2,6 +2,7 @@
 /// A run of the base: its task with recording and summary.
 #pragma once
 #include <array>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -16,7 +17,8 @@ namespace operation {
 struct Summary : RunSummary {
   PathMetrics path;
   bool fell_behind = false;  ///< stopped because it was too far from its reference
-  std::optional<std::array<double, 4>> learned_factors{};  ///< of the wheels' friction; empty: not adapted
+  std::optional<std::array<double, 4>>
+      learned_factors{};  ///< of the wheels' friction; empty: nothing was learned
 };
 
 class BaseRun final : public RecordedRun<Cycle, CycleRecord, Summary> {
@@ -39,6 +41,8 @@ class BaseRun final : public RecordedRun<Cycle, CycleRecord, Summary> {
 
   hal::Robot& robot_;
   std::unique_ptr<MotionSource> motion_;  // used by the cycle; destroyed after it
+  bool adapts_ = false;
+  std::uint64_t sliding_cycles_ = 0;
 };
 
 }  // namespace operation

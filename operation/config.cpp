@@ -234,6 +234,29 @@ void read_wheel_models(TomlTable& table, const std::filesystem::path& folder, do
   if (wheels.size() == 4) controller.wheels = {wheels[0], wheels[1], wheels[2], wheels[3]};
 }
 
+void read_adaptation(TomlTable& table, control::BaseController::Config& controller) {
+  control::FrictionAdaptation::Config& adaptation = controller.adaptation;
+  adaptation.inertia = controller.feedforward_inertia;
+  adaptation.full_command_Nm = controller.compensator.full_command_Nm;
+  table.boolean("adapt", controller.adapt);
+  table.number("adapt_up_to", adaptation.greatest, {.min = 1, .max = 3.5});
+  table.numbers("factors", controller.friction_factor, {.min = adaptation.least, .max = 3.5});
+  if (!controller.adapt) return;
+  // The largest torque that the spring commands a wheel along one axis.
+  const double command_Nm = controller.wrench_limits.force_N * controller.geometry.wheel_radius_m / 4;
+  if (*std::ranges::max_element(controller.friction_factor) > adaptation.greatest)
+    table.refuse("factors", "begin above 'adapt_up_to'");
+  else if (!(adaptation.inertia.array() > 0).all())
+    table.refuse("adapt",
+                 "needs the inertia of the base: 'controller.feedforward_mass_kg' and "
+                 "'controller.feedforward_inertia_kg_m2' above zero");
+  else if (controller.compensator.margin == 0)
+    table.refuse("adapt", "acts through the compensation, whose 'margin' is zero");
+  else if (controller.compensator.full_command_Nm >= command_Nm)
+    table.refuse("adapt", "needs 'full_command_Nm' below the torque that 'limits.force_N' gives a wheel, " +
+                              std::to_string(command_Nm) + " N·m");
+}
+
 void read_compensation(TomlTable& table, const std::filesystem::path& folder, double top_speed_rad_per_s,
                        control::BaseController::Config& controller, Models& models) {
   table.boolean("enabled", controller.compensate_friction);
@@ -245,18 +268,7 @@ void read_compensation(TomlTable& table, const std::filesystem::path& folder, do
                {.min = 5, .max = 1000});
   table.number("filter_damping", controller.observer.filter.damping, {.min = 0.3, .max = 3});
   read_wheel_models(table, folder, top_speed_rad_per_s, controller, models);
-  const control::FrictionAdaptation::Config adaptation{
-      .inertia = controller.feedforward_inertia, .full_command_Nm = controller.compensator.full_command_Nm};
-  table.numbers("factors", controller.friction_factor, {.min = adaptation.least, .max = adaptation.greatest});
-  bool adapt = false;
-  table.boolean("adapt", adapt);
-  if (!adapt) return;
-  if ((adaptation.inertia.array() > 0).all())
-    controller.adaptation = adaptation;
-  else
-    table.refuse("adapt",
-                 "needs the inertia of the base: 'controller.feedforward_mass_kg' and "
-                 "'controller.feedforward_inertia_kg_m2' above zero");
+  read_adaptation(table, controller);
 }
 
 void read_path(TomlTable table, control::BasePath::Plan& path) {
@@ -333,7 +345,7 @@ void complete(control::Teleoperation::Config& teleoperation, const Config& confi
       teleoperation.smoothing.period_s = teleoperation.presence.period_s = period_s;
   teleoperation.robot.base = static_cast<const control::BaseDrive::Config&>(config.cycle.controller);
   // What the arm's motion does to the base would be taken for friction.
-  teleoperation.robot.base.adaptation.reset();
+  teleoperation.robot.base.adapt = false;
   teleoperation.workspace = config.cycle.workspace;
   teleoperation.wheel_speed_limit_rad_per_s = config.cycle.wheel_speed_limit_rad_per_s;
   teleoperation.tank.force_rate_N_per_s = config.haptic.limits.slew_N_per_s;

@@ -81,7 +81,7 @@ std::string report(const Summary& summary) {
   if (summary.learned_factors) {
     const std::array<double, 4>& f = *summary.learned_factors;
     text += fmt::format(
-        "learned      friction of the wheels over that of their models; the next run starts with it with\n"
+        "learned      friction of each wheel over that of its model; to start the next run with it, set\n"
         "             factors = [{:.2f}, {:.2f}, {:.2f}, {:.2f}] in [compensation]\n",
         f[0], f[1], f[2], f[3]);
   }

@@ -83,6 +83,7 @@ constexpr auto kBounds = std::to_array<Bound>(
      {"compensation.factors[1]", [](const Config& c) { return c.cycle.controller.friction_factor[1]; }},
      {"compensation.factors[2]", [](const Config& c) { return c.cycle.controller.friction_factor[2]; }},
      {"compensation.factors[3]", [](const Config& c) { return c.cycle.controller.friction_factor[3]; }},
+     {"compensation.adapt_up_to", [](const Config& c) { return c.cycle.controller.adaptation.greatest; }},
      {"compensation.filter_damping",
       [](const Config& c) { return c.cycle.controller.observer.filter.damping; }},
      {"compensation.full_command_Nm",
@@ -283,7 +284,7 @@ struct Switch {
 };
 constexpr auto kSwitches = std::to_array<Switch>(
     {{"compensation.enabled", [](const Config& c) { return c.cycle.controller.compensate_friction; }, false},
-     {"compensation.adapt", [](const Config& c) { return c.cycle.controller.adaptation.has_value(); }, false},
+     {"compensation.adapt", [](const Config& c) { return c.cycle.controller.adapt; }, false},
      {"teleoperation.mapping.follow_rotation",
       [](const Config& c) { return c.teleoperation.mapping.follow_rotation; }, false},
      {"teleoperation.feedback.enabled", [](const Config& c) { return c.teleoperation.force_feedback; },
