@@ -1,0 +1,116 @@
+#include "control/serial_arm.h"
+
+#include <urdf_parser/urdf_parser.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace control {
+namespace {
+
+Eigen::Vector3d vector_of(const urdf::Vector3& v) { return {v.x, v.y, v.z}; }
+Eigen::Isometry3d isometry_of(const urdf::Pose& pose) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.linear() = Eigen::Quaterniond(pose.rotation.w, pose.rotation.x, pose.rotation.y, pose.rotation.z)
+                   .normalized()
+                   .toRotationMatrix();
+  X.translation() = vector_of(pose.position);
+  return X;
+}
+
+Eigen::Matrix3d about_origin(const LinkInertia& body) {
+  const Eigen::Vector3d& c = body.p_LC_m;
+  return body.about_C_kg_m2 +
+         body.mass_kg * (c.squaredNorm() * Eigen::Matrix3d::Identity() - c * c.transpose());
+}
+
+LinkInertia sum_of(const LinkInertia& a, const LinkInertia& b) {
+  LinkInertia sum;
+  sum.mass_kg = a.mass_kg + b.mass_kg;
+  if (!(sum.mass_kg > 0)) {
+    sum.about_C_kg_m2 = a.about_C_kg_m2 + b.about_C_kg_m2;
+    return sum;
+  }
+  sum.p_LC_m = (a.mass_kg * a.p_LC_m + b.mass_kg * b.p_LC_m) / sum.mass_kg;
+  LinkInertia point{sum.mass_kg, sum.p_LC_m, Eigen::Matrix3d::Zero()};
+  sum.about_C_kg_m2 = about_origin(a) + about_origin(b) - about_origin(point);
+  return sum;
+}
+
+/// In the frame in which the body's frame is at X.
+LinkInertia seen_from(const Eigen::Isometry3d& X, const LinkInertia& body) {
+  return {body.mass_kg, X * body.p_LC_m, X.linear() * body.about_C_kg_m2 * X.linear().transpose()};
+}
+
+/// Of a link and everything after it but the chain's next link, in the link's frame.
+LinkInertia fixed_inertia(const urdf::ModelInterface& robot, const urdf::Link& link,
+                          const urdf::Joint* next) {
+  LinkInertia sum;
+  if (link.inertial) {
+    const urdf::Inertial& i = *link.inertial;
+    LinkInertia own;
+    own.mass_kg = i.mass;
+    own.about_C_kg_m2 << i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz;
+    sum = seen_from(isometry_of(i.origin), own);
+  }
+  for (const auto& joint : link.child_joints)
+    if (joint.get() != next)
+      sum = sum_of(sum, seen_from(isometry_of(joint->parent_to_joint_origin_transform),
+                                  fixed_inertia(robot, *robot.getLink(joint->child_link_name), next)));
+  return sum;
+}
+
+std::invalid_argument bad_arm(const std::string& what) { return std::invalid_argument("URDF: " + what); }
+
+ArmLink moved_link(const urdf::ModelInterface& robot, const urdf::Joint& joint, const urdf::Joint* next) {
+  using urdf::Joint;
+  if (joint.type != Joint::REVOLUTE && joint.type != Joint::CONTINUOUS && joint.type != Joint::PRISMATIC)
+    throw bad_arm("joint " + joint.name + " must be revolute, continuous or prismatic");
+  ArmLink result;
+  result.joint = joint.name;
+  result.link = joint.child_link_name;
+  result.slides = joint.type == Joint::PRISMATIC;
+  const Eigen::Vector3d axis = vector_of(joint.axis);
+  if (!(axis.norm() > 0)) throw bad_arm("joint " + joint.name + " has no axis");
+  result.axis_L = axis.normalized();
+  result.inertia = fixed_inertia(robot, *robot.getLink(joint.child_link_name), next);
+  if (!result.inertia.p_LC_m.allFinite() || !result.inertia.about_C_kg_m2.allFinite() ||
+      result.inertia.mass_kg < 0)
+    throw bad_arm("link " + result.link + " needs a finite inertia and a mass that is not negative");
+  return result;
+}
+
+}  // namespace
+
+SerialArm read_serial_arm(std::string_view urdf, const std::string& base, const std::string& tip) {
+  const auto robot = urdf::parseURDF(std::string(urdf));
+  if (!robot) throw bad_arm("it cannot be read; the reason is on the console");
+  for (const std::string& name : {base, tip})
+    if (!robot->getLink(name)) throw bad_arm("there is no link called " + name);
+  std::vector<urdf::JointConstSharedPtr> path;
+  urdf::LinkConstSharedPtr at = robot->getLink(tip);
+  for (; at && at->name != base; at = at->getParent()) {
+    if (!at->parent_joint) throw bad_arm("link " + tip + " is not below link " + base);
+    path.push_back(at->parent_joint);
+  }
+  std::ranges::reverse(path);
+
+  SerialArm arm;
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();  // of the next joint, in the last link that moves
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const urdf::Joint& joint = *path[i];
+    X = X * isometry_of(joint.parent_to_joint_origin_transform);
+    if (joint.type == urdf::Joint::FIXED) continue;
+    const auto next = std::find_if(path.begin() + static_cast<std::ptrdiff_t>(i) + 1, path.end(),
+                                   [](const auto& one) { return one->type != urdf::Joint::FIXED; });
+    arm.links.push_back(moved_link(*robot, joint, next == path.end() ? nullptr : next->get()));
+    arm.links.back().X_PL = X;
+    X = Eigen::Isometry3d::Identity();
+  }
+  if (arm.links.empty()) throw bad_arm("no joint moves between " + base + " and " + tip);
+  if (!X.matrix().allFinite()) throw bad_arm("a frame is not finite");
+  arm.X_LT = X;
+  return arm;
+}
+
+}  // namespace control
