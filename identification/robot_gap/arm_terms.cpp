@@ -1,0 +1,310 @@
+#include "identification/robot_gap/arm_terms.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace identification::robot_gap {
+namespace {
+
+using control::ArmDescription;
+using control::ArmDrive;
+using Kind = Term::Kind;
+
+/// A link may lose this share of its mass.
+constexpr double kLossOfMass = 0.95;
+constexpr double kLeastTorqueScale = 0.2;
+/// Stribeck speeds to try, as shares of the joint's top speed.
+constexpr std::array kStribeckShares{0.03, 0.1, 0.3};
+
+constexpr std::array kAxisNames{"x", "y", "z"};
+constexpr std::array kTensorNames{"xx", "xy", "xz", "yy", "yz", "zz"};
+constexpr std::array<std::array<int, 2>, 6> kTensorPlaces{{{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}}};
+
+std::size_t at(int index) { return static_cast<std::size_t>(index); }
+
+/// The drive's parameter; null for those of links and payload.
+double* of_drive(ArmDrive& drive, const Term& term) {
+  switch (term.kind) {
+    case Kind::kEncoderZero: return &drive.encoder_zero_rad;
+    case Kind::kTorqueScale: return &drive.torque_scale;
+    case Kind::kRotorInertia: return &drive.rotor_inertia_kg_m2;
+    case Kind::kCoulomb: return &drive.coulomb_Nm;
+    case Kind::kViscous: return &drive.viscous_Nm_s_per_rad;
+    case Kind::kQuadraticDrag: return &drive.quadratic_drag_Nm_s2_per_rad2;
+    case Kind::kOffset: return &drive.offset_Nm;
+    case Kind::kLoadFriction: return &drive.load_friction;
+    case Kind::kStribeck: return &drive.stribeck_Nm;
+    case Kind::kSpring: return &drive.spring_Nm_per_rad;
+    case Kind::kCable: return term.index == 2 ? &drive.cable_2_Nm_per_rad2 : &drive.cable_3_Nm_per_rad3;
+    case Kind::kNeighbour:
+      return term.index < 0 ? &drive.friction_of_previous_Nm : &drive.friction_of_next_Nm;
+    default: return nullptr;
+  }
+}
+
+ArmDrive::Ripple* find_ripple(ArmDrive& drive, double periods_per_rev) {
+  for (ArmDrive::Ripple& ripple : drive.ripples)
+    if (ripple.periods_per_rev == periods_per_rev) return &ripple;
+  return nullptr;
+}
+
+/// Dissipation, masses and springs are not negative.
+bool never_negative(Kind kind) {
+  switch (kind) {
+    case Kind::kPayloadMass:
+    case Kind::kRotorInertia:
+    case Kind::kCoulomb:
+    case Kind::kViscous:
+    case Kind::kQuadraticDrag:
+    case Kind::kLoadFriction:
+    case Kind::kNeighbour: return true;
+    default: return false;
+  }
+}
+
+/// Collects terms, each once.
+class Collector {
+ public:
+  std::size_t term(const Term& term) {
+    const auto found = std::ranges::find(catalogue.terms, term);
+    if (found != catalogue.terms.end()) return static_cast<std::size_t>(found - catalogue.terms.begin());
+    catalogue.terms.push_back(term);
+    return catalogue.terms.size() - 1;
+  }
+  void add(std::string_view effect, int part, const std::vector<Term>& terms) {
+    Candidate candidate{effect, part, {}};
+    for (const Term& one : terms) candidate.terms.push_back(term(one));
+    catalogue.candidates.push_back(std::move(candidate));
+  }
+  Catalogue catalogue;
+};
+
+std::vector<Term> indexed(Kind kind, int part, int count) {
+  std::vector<Term> terms;
+  for (int i = 0; i < count; ++i) terms.push_back({kind, part, i});
+  return terms;
+}
+
+void add_links(Collector& all, const ArmDescription& arm) {
+  const int last = static_cast<int>(arm.arm.links.size()) - 1;
+  all.add("payload", -1, {{Kind::kPayloadMass, last}});
+  for (int link = 0; link <= last; ++link) {
+    all.add("link_mass", link, {{Kind::kLinkMass, link}});
+    if (arm.arm.links[at(link)].inertia.mass_kg > 0) {
+      all.add("link_mass", link, {{Kind::kLinkDensity, link}});
+      all.add("link_centre", link, indexed(Kind::kLinkCentre, link, 3));
+    }
+    all.add("link_inertia", link, indexed(Kind::kLinkInertia, link, 6));
+  }
+  all.add("gravity_direction", -1, indexed(Kind::kTilt, 0, 2));
+  std::vector<Term> payload = indexed(Kind::kPayloadMoment, last, 3);
+  payload.insert(payload.begin(), {Kind::kPayloadMass, last});
+  all.add("payload", -1, payload);
+}
+
+void add_drive(Collector& all, const ArmDescription& arm, int joint, double top_speed,
+               std::span<const double> ripples) {
+  const ArmDrive& drive = arm.drives[at(joint)];
+  const int joints = static_cast<int>(arm.drives.size());
+  all.add("coulomb", joint, {{Kind::kCoulomb, joint}});
+  all.add("viscous", joint, {{Kind::kViscous, joint}});
+  all.add("torque_offset", joint, {{Kind::kOffset, joint}});
+  all.add("load_friction", joint, {{Kind::kLoadFriction, joint}});
+  all.add("rotor_inertia", joint, {{Kind::kRotorInertia, joint}});
+  all.add("torque_constant", joint, {{Kind::kTorqueScale, joint}});
+  all.add("encoder_zero", joint, {{Kind::kEncoderZero, joint}});
+  if (drive.stribeck_Nm != 0)
+    all.add("stribeck", joint, {{Kind::kStribeck, joint, 0, drive.stribeck_speed_rad_per_s}});
+  else
+    for (const double share : kStribeckShares)
+      all.add("stribeck", joint, {{Kind::kStribeck, joint, 0, share * top_speed}});
+  all.add("quadratic_drag", joint, {{Kind::kQuadraticDrag, joint}});
+  if (joint > 0) all.add("friction_coupling", joint, {{Kind::kNeighbour, joint, -1}});
+  if (joint + 1 < joints) all.add("friction_coupling", joint, {{Kind::kNeighbour, joint, 1}});
+  all.add("spring", joint, {{Kind::kSpring, joint}, {Kind::kOffset, joint}});
+  for (const double order : ripples)
+    all.add("cogging", joint, {{Kind::kRippleSine, joint, 0, order}, {Kind::kRippleCosine, joint, 0, order}});
+  all.add(
+      "cable_torque", joint,
+      {{Kind::kSpring, joint}, {Kind::kOffset, joint}, {Kind::kCable, joint, 2}, {Kind::kCable, joint, 3}});
+}
+
+}  // namespace
+
+std::string term_name(const Term& term) {
+  switch (term.kind) {
+    case Kind::kPayloadMass:
+    case Kind::kLinkMass:
+    case Kind::kLinkDensity: return "mass_kg";
+    case Kind::kPayloadMoment: return std::string("moment_") + kAxisNames[at(term.index)] + "_kg_m";
+    case Kind::kLinkCentre: return std::string("centre_") + kAxisNames[at(term.index)] + "_m";
+    case Kind::kLinkInertia: return std::string("inertia_") + kTensorNames[at(term.index)] + "_kg_m2";
+    case Kind::kTilt: return term.index == 0 ? "tilt_first_rad" : "tilt_second_rad";
+    case Kind::kEncoderZero: return "encoder_zero_rad";
+    case Kind::kTorqueScale: return "torque_scale";
+    case Kind::kRotorInertia: return "rotor_inertia_kg_m2";
+    case Kind::kCoulomb: return "coulomb_Nm";
+    case Kind::kViscous: return "viscous_Nm_s_per_rad";
+    case Kind::kQuadraticDrag: return "quadratic_drag_Nm_s2_per_rad2";
+    case Kind::kOffset: return "offset_Nm";
+    case Kind::kLoadFriction: return "load_friction";
+    case Kind::kStribeck: return "stribeck_Nm";
+    case Kind::kSpring: return "spring_Nm_per_rad";
+    case Kind::kCable: return term.index == 2 ? "cable_2_Nm_per_rad2" : "cable_3_Nm_per_rad3";
+    case Kind::kRippleSine: return "sine_Nm";
+    case Kind::kRippleCosine: return "cosine_Nm";
+    case Kind::kNeighbour: return term.index < 0 ? "friction_of_previous_Nm" : "friction_of_next_Nm";
+    case Kind::kLag: return "torque_lag_s";
+  }
+  return {};
+}
+
+double value_of(const Term& term, const ArmDescription& arm) {
+  ArmDrive drive = arm.drives[at(term.part)];
+  const control::LinkInertia& body = arm.arm.links[at(term.part)].inertia;
+  switch (term.kind) {
+    case Kind::kPayloadMass: return arm.payload_kg;
+    case Kind::kPayloadMoment: return arm.payload_kg * arm.p_TP_m[term.index];
+    case Kind::kLinkMass:
+    case Kind::kLinkDensity: return body.mass_kg;
+    case Kind::kLinkCentre: return body.p_LC_m[term.index];
+    case Kind::kLinkInertia: {
+      const auto& [row, column] = kTensorPlaces[at(term.index)];
+      return body.about_C_kg_m2(row, column);
+    }
+    case Kind::kRippleSine:
+    case Kind::kRippleCosine: {
+      const ArmDrive::Ripple* const ripple = find_ripple(drive, term.setting);
+      if (ripple == nullptr) return 0;
+      return term.kind == Kind::kRippleSine ? ripple->sine_Nm : ripple->cosine_Nm;
+    }
+    default: {
+      const double* const value = of_drive(drive, term);
+      return value == nullptr ? 0 : *value;
+    }
+  }
+}
+
+gap::Bounds change_bounds(const Term& term, const ArmDescription& arm) {
+  const double value = value_of(term, arm);
+  if (never_negative(term.kind)) return {.lower = -value};
+  if (term.kind == Kind::kLinkMass || term.kind == Kind::kLinkDensity) return {.lower = -kLossOfMass * value};
+  if (term.kind == Kind::kTorqueScale) return {.lower = kLeastTorqueScale - value};
+  if (term.kind == Kind::kStribeck) return {.lower = -value};
+  return {};
+}
+
+TiltAxes tilt_axes(const Eigen::Vector3d& gravity_B) {
+  // The axes of B but the one nearest to gravity, made perpendicular to it.
+  const Eigen::Vector3d down = gravity_B.normalized();
+  int nearest = 0;
+  down.cwiseAbs().maxCoeff(&nearest);
+  const int one = nearest == 0 ? 1 : 0;
+  Eigen::Vector3d first = Eigen::Vector3d::Unit(one);
+  first = (first - first.dot(down) * down).normalized();
+  Eigen::Vector3d second = down.cross(first);
+  if (second[3 - nearest - one] < 0) second = -second;
+  return {first, second};
+}
+
+void change(ArmDescription& arm, const Term& term, double by) {
+  ArmDrive& drive = arm.drives[at(term.part)];
+  control::LinkInertia& body = arm.arm.links[at(term.part)].inertia;
+  switch (term.kind) {
+    case Kind::kPayloadMass: {
+      const Eigen::Vector3d moment = arm.payload_kg * arm.p_TP_m;
+      arm.payload_kg = std::max(0.0, arm.payload_kg + by);
+      if (arm.payload_kg > 0) arm.p_TP_m = moment / arm.payload_kg;
+      return;
+    }
+    case Kind::kPayloadMoment:
+      if (arm.payload_kg > 0) arm.p_TP_m[term.index] += by / arm.payload_kg;
+      return;
+    case Kind::kLinkMass: body.mass_kg += by; return;
+    case Kind::kLinkDensity:
+      body.about_C_kg_m2 *= 1 + by / body.mass_kg;
+      body.mass_kg += by;
+      return;
+    case Kind::kLinkCentre: body.p_LC_m[term.index] += by; return;
+    case Kind::kLinkInertia: {
+      const auto& [row, column] = kTensorPlaces[at(term.index)];
+      body.about_C_kg_m2(row, column) += by;
+      if (row != column) body.about_C_kg_m2(column, row) += by;
+      return;
+    }
+    case Kind::kTilt: {
+      const TiltAxes axes = tilt_axes(arm.gravity_B_m_per_s2);
+      arm.gravity_B_m_per_s2 =
+          Eigen::AngleAxisd(by, term.index == 0 ? axes.first : axes.second) * arm.gravity_B_m_per_s2;
+      return;
+    }
+    case Kind::kRippleSine:
+    case Kind::kRippleCosine: {
+      if (find_ripple(drive, term.setting) == nullptr) drive.ripples.push_back({term.setting, 0, 0});
+      ArmDrive::Ripple& ripple = *find_ripple(drive, term.setting);
+      (term.kind == Kind::kRippleSine ? ripple.sine_Nm : ripple.cosine_Nm) += by;
+      return;
+    }
+    case Kind::kStribeck: drive.stribeck_speed_rad_per_s = term.setting; break;
+    default: break;
+  }
+  if (double* const value = of_drive(drive, term)) *value += by;
+}
+
+Catalogue catalogue_of(const ArmDescription& arm, std::span<const double> top_speed_rad_per_s,
+                       std::span<const double> ripples_per_rev) {
+  Collector all;
+  add_links(all, arm);
+  for (int joint = 0; joint < static_cast<int>(arm.drives.size()); ++joint) {
+    std::vector<double> ripples(ripples_per_rev.begin(), ripples_per_rev.end());
+    // Of a rotor that is not balanced, and the first of its magnets'.
+    if (const double gear = arm.drives[at(joint)].gear_ratio; gear > 1) {
+      ripples.push_back(gear);
+      ripples.push_back(2 * gear);
+    }
+    add_drive(all, arm, joint, top_speed_rad_per_s[at(joint)], ripples);
+  }
+  return std::move(all.catalogue);
+}
+
+double reported_value(const Term& term, const ArmDescription& given, const ArmDescription& arm) {
+  if (term.kind != Kind::kTilt) return value_of(term, arm);
+  const TiltAxes axes = tilt_axes(given.gravity_B_m_per_s2);
+  const Eigen::Vector3d down = given.gravity_B_m_per_s2.normalized();
+  const Eigen::Vector3d along = (term.index == 0 ? axes.first : axes.second).cross(down);
+  return std::asin(std::clamp(along.dot(arm.gravity_B_m_per_s2.normalized()), -1.0, 1.0));
+}
+
+std::string reported_name(const Term& term, const ArmDescription& given) {
+  if (term.kind != Kind::kTilt) return term_name(term);
+  const TiltAxes axes = tilt_axes(given.gravity_B_m_per_s2);
+  int nearest = 0;
+  (term.index == 0 ? axes.first : axes.second).cwiseAbs().maxCoeff(&nearest);
+  return std::string("tilt_about_") + "xyz"[nearest] + "_rad";
+}
+
+Catalogue only(const Catalogue& catalogue, std::span<const std::size_t> chosen) {
+  Catalogue own;
+  for (const std::size_t candidate : chosen) {
+    Candidate copy = catalogue.candidates[candidate];
+    for (std::size_t& term : copy.terms) {
+      const Term& wanted = catalogue.terms[term];
+      const auto found = std::ranges::find(own.terms, wanted);
+      term = static_cast<std::size_t>(found - own.terms.begin());
+      if (found == own.terms.end()) own.terms.push_back(wanted);
+    }
+    own.candidates.push_back(std::move(copy));
+  }
+  return own;
+}
+
+std::string part_name(const Candidate& candidate, const ArmDescription& arm) {
+  if (candidate.effect == "payload") return "tip";
+  if (candidate.part < 0) return "base";
+  const control::ArmLink& link = arm.arm.links[at(candidate.part)];
+  return candidate.effect.starts_with("link_") ? link.link : link.joint;
+}
+
+}  // namespace identification::robot_gap
