@@ -136,14 +136,22 @@ std::string common_rig(const std::vector<identification::gap::Source>& sources,
 
 }  // namespace
 
+RecordingFiles recording_files(const std::vector<fs::path>& data, const std::vector<fs::path>& held_out) {
+  RecordingFiles files{files_of(data, "--data"), files_of(held_out, "--held-out"), {}};
+  require_distinct(files.data, files.held_out);
+  std::vector<fs::path> all = files.data;
+  all.insert(all.end(), files.held_out.begin(), files.held_out.end());
+  files.names = short_names(all);
+  return files;
+}
+
 Inputs read_inputs(const InputPaths& paths,
                    const std::function<void(std::string_view what, double done)>& progress) {
   Inputs inputs;
-  std::vector<fs::path> files = files_of(paths.data, "--data");
+  const RecordingFiles chosen = recording_files(paths.data, paths.held_out);
+  std::vector<fs::path> files = chosen.data;
   const std::size_t data_count = files.size();
-  const std::vector<fs::path> held_out = files_of(paths.held_out, "--held-out");
-  require_distinct(files, held_out);
-  files.insert(files.end(), held_out.begin(), held_out.end());
+  files.insert(files.end(), chosen.held_out.begin(), chosen.held_out.end());
 
   // All files are read before any is rejected, so that all errors are reported at once.
   std::vector<std::string> problems;
@@ -158,7 +166,7 @@ Inputs read_inputs(const InputPaths& paths,
   std::shared_ptr<const runtime::ColumnMap> columns;
   if (!paths.columns.empty())
     collect([&] { columns = std::make_shared<runtime::ColumnMap>(runtime::read_column_map(paths.columns)); });
-  const std::vector<std::string> names = short_names(files);
+  const std::vector<std::string>& names = chosen.names;
   std::vector<identification::gap::Source> sources;
   for (std::size_t i = 0; i < files.size(); ++i)
     collect([&] {

@@ -20,6 +20,17 @@ struct InputPaths {
   std::filesystem::path columns{};                ///< column map of tables of other programs; empty: none
 };
 
+/// Recordings of a search, and those that only judge.
+struct RecordingFiles {
+  std::vector<std::filesystem::path> data;
+  std::vector<std::filesystem::path> held_out;
+  std::vector<std::string> names;  ///< of `data`, then of `held_out`: the shortest that differ
+};
+/// For directories all recordings in them, as in read_inputs().
+/// @throws std::invalid_argument for files that are given twice, and directories without recordings.
+RecordingFiles recording_files(const std::vector<std::filesystem::path>& data,
+                               const std::vector<std::filesystem::path>& held_out);
+
 struct Inputs {
   model::effects::DriveModel model;
   std::string rig;  ///< of the recordings, empty if none names it

@@ -4,6 +4,7 @@
 
 #include "analysis/explain.h"
 #include "analysis/export.h"
+#include "analysis/robot.h"
 #include "runtime/configuration/finite_range.h"
 #include "runtime/program/exit_code.h"
 #include "runtime/program/run_app.h"
@@ -48,6 +49,21 @@ void add_export(CLI::App& app, analysis::ExportOptions& options) {
   command->add_flag("--quiet", options.quiet, "no progress and no summary");
 }
 
+void add_robot(CLI::App& app, analysis::RobotGapOptions& options) {
+  CLI::App* const command = app.add_subcommand(
+      "robot",
+      "find which part of an arm's model is wrong, and by which effect: payload, link, joint, drive");
+  command->add_option("--model", options.model, "the arm: its URDF and drives, TOML")->required();
+  command->add_option("--data", options.data, "recordings of all joints, or directories of them")->required();
+  command->add_option("--held-out", options.held_out,
+                      "recordings that only judge; without them the last quarter of each one is set aside");
+  command->add_option("--out", options.out, "directory for model.toml, report.html and gap.json")->required();
+  command->add_option("--seed", options.seed, "of the random numbers: the same seed gives the same answer")
+      ->check(runtime::finite_range(0, 1e15))
+      ->capture_default_str();
+  command->add_flag("--quiet", options.quiet, "no progress and no summary");
+}
+
 }  // namespace
 
 // NOLINTNEXTLINE(bugprone-exception-escape): out of memory before the first message may end the process.
@@ -82,12 +98,16 @@ int main(int argc, char** argv) {
 
   analysis::ExportOptions exported;
   add_export(app, exported);
+  analysis::RobotGapOptions robot;
+  add_robot(app, robot);
   // The library would ask for them before a subcommand, too.
   app.final_callback([&] {
     if (!app.get_subcommands().empty()) {
       for (const CLI::Option* option : app.get_options())
         if (!option->empty())
-          throw CLI::ValidationError(option->get_name(), "stands before 'export', or is no option of it");
+          throw CLI::ValidationError(
+              option->get_name(),
+              "stands before '" + app.get_subcommands().front()->get_name() + "', or is no option of it");
       return;
     }
     for (const CLI::Option* needed : {model, data, out})
@@ -97,6 +117,8 @@ int main(int argc, char** argv) {
   return runtime::run_app(app, argc, argv, [&] {
     if (app.get_subcommands().empty())
       analysis::explain_gap(options);
+    else if (app.got_subcommand("robot"))
+      analysis::explain_robot(robot);
     else
       analysis::export_model(exported);
     return runtime::kExitOk;
