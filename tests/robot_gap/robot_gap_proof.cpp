@@ -1,0 +1,99 @@
+/// @file
+/// Runs the search for what an arm's model lacks over arms that hide an effect.
+///
+///     robot_gap_proof --seeds 3
+///     robot_gap_proof --only payload --verbose
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <map>
+#include <string>
+
+#include "tests/robot_gap/robot_cases.h"
+
+namespace robot_gap_test {
+namespace {
+
+std::string words(const identification::robot_gap::NamedEffect& one) {
+  return one.effect + "(" + one.part + ")";
+}
+
+std::string named_text(const identification::robot_gap::RobotResult& result) {
+  std::string text;
+  for (const auto& found : result.effects) {
+    text += (text.empty() ? "" : " + ") + words(found.name);
+    for (const auto& rival : found.equivalent) text += " or " + words(rival);
+  }
+  return text.empty() ? "-" : text;
+}
+
+void print(const Answer& answer, bool verbose) {
+  const auto& r = answer.result;
+  std::printf("%2llu %-44s %-16s %s; %.4g -> %.4g floor %.4g, dense %.4g, %.1f s%s\n",
+              static_cast<unsigned long long>(answer.asked.seed), answer.asked.name().c_str(),
+              std::string(identification::gap::verdict_name(r.verdict)).c_str(), named_text(r).c_str(),
+              r.gap_before_Nm, r.gap_after_Nm, r.noise_floor_Nm, r.gap_dense_Nm, answer.seconds,
+              answer.right          ? ""
+              : answer.among_rivals ? "  AMONG RIVALS"
+              : answer.wrong_name   ? "  WRONG"
+                                    : "  NOT NAMED");
+  if (verbose) {
+    std::printf("      %s; lag %.4f s\n", r.reason.c_str(), r.torque_lag_s);
+    for (const auto& found : r.effects) {
+      std::printf("      + %s: gain %.3f, %d/%d blocks, p %.3g, without %.4g;", words(found.name).c_str(),
+                  found.held_out_gain, found.blocks_improved, found.blocks, found.p_value,
+                  found.gap_before_Nm);
+      for (const auto& one : found.parameters)
+        std::printf(" %s %.4g (%.4g to %.4g)", one.name.c_str(), one.value, one.lower, one.upper);
+      std::printf("\n");
+      if (!found.deciding_experiment.empty())
+        std::printf("        decide: %s\n", found.deciding_experiment.c_str());
+    }
+    for (const auto& one : r.rejected)
+      std::printf("      - %s: %s\n", words(one.name).c_str(), one.reason.c_str());
+    for (const auto& joint : r.joints)
+      std::printf("      %s: %.4g -> %.4g, floor %.4g, dense %.4g\n", joint.joint.c_str(), joint.before_Nm,
+                  joint.after_Nm, joint.noise_floor_Nm, joint.dense_Nm);
+  }
+  std::fflush(stdout);
+}
+
+int prove(int argc, char** argv) {
+  CLI::App app("Hidden arms: what the search names, and whether it is right.", "robot_gap_proof");
+  std::uint64_t seeds = 1;
+  std::string only;
+  bool verbose = false;
+  app.add_option("--seeds", seeds, "arms of each kind")->capture_default_str();
+  app.add_option("--only", only, "cases whose name contains this");
+  app.add_flag("--verbose", verbose, "parameters and reasons");
+  CLI11_PARSE(app, argc, argv);
+  struct Count {
+    int cases = 0, right = 0, rivals = 0, wrong = 0;
+  };
+  std::map<std::string, Count> counts;
+  int parameters = 0;
+  int inside = 0;
+  constexpr const char* kKinds[] = {"nothing missing", "one effect", "two effects", "outside"};
+  for (const RobotCase& one : robot_cases(seeds)) {
+    if (!only.empty() && one.name().find(only) == std::string::npos) continue;
+    const Answer answered = answer(one);
+    print(answered, verbose);
+    Count& count = counts[kKinds[static_cast<int>(one.kind)]];
+    ++count.cases;
+    parameters += answered.parameters;
+    inside += answered.parameters_inside;
+    count.right += answered.right ? 1 : 0;
+    count.rivals += !answered.right && answered.among_rivals ? 1 : 0;
+    count.wrong += answered.wrong_name ? 1 : 0;
+  }
+  for (const auto& [kind, count] : counts)
+    std::printf("%-16s %3d of %3d right, %d more among rivals, %d with a wrong name\n", kind.c_str(),
+                count.right, count.cases, count.rivals, count.wrong);
+  std::printf("parameters within their 95 %% intervals: %d of %d\n", inside, parameters);
+  return 0;
+}
+
+}  // namespace
+}  // namespace robot_gap_test
+
+// NOLINTNEXTLINE(bugprone-exception-escape): an exception ends the program with its message.
+int main(int argc, char** argv) { return robot_gap_test::prove(argc, argv); }

@@ -1,0 +1,90 @@
+// A few of the hidden arms; robot_gap_proof runs all.
+#include "identification/robot_gap/robot_gap.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/robot_gap/robot_cases.h"
+
+namespace robot_gap_test {
+namespace {
+
+using identification::gap::Verdict;
+
+RobotCase case_of(const std::string& name) {
+  for (const RobotCase& one : robot_cases(1))
+    if (one.name() == name) return one;
+  ADD_FAILURE() << "no case is called " << name;
+  return {};
+}
+
+std::string named(const Answer& answer) {
+  std::string text;
+  for (const auto& found : answer.result.effects) text += found.name.effect + " of " + found.name.part + "; ";
+  return text + answer.result.reason;
+}
+
+TEST(RobotGap, AnArmWithoutAnEffectHasNoGap) {
+  const Answer answered = answer(case_of("planar: nothing"));
+  EXPECT_EQ(answered.result.verdict, Verdict::kNoGap) << named(answered);
+  EXPECT_TRUE(answered.result.effects.empty()) << named(answered);
+}
+
+class RobotGapNames : public testing::TestWithParam<const char*> {};
+TEST_P(RobotGapNames, TheHiddenEffectOnItsPart) {
+  const Answer answered = answer(case_of(GetParam()));
+  EXPECT_TRUE(answered.right) << named(answered);
+  EXPECT_LT(answered.result.gap_after_Nm, 1.25 * answered.result.noise_floor_Nm);
+}
+INSTANTIATE_TEST_SUITE_P(Arms, RobotGapNames,
+                         testing::Values("planar: payload", "planar: link_mass 2", "planar: coulomb 2",
+                                         "planar: torque_constant 2", "planar: load_friction 2",
+                                         "elbow: gravity_direction", "elbow: spring 2",
+                                         "planar: torque_constant 2 + viscous 1"));
+
+TEST(RobotGap, ATiltInThePlaneOfAnArmIsARivalOfItsFirstEncodersZero) {
+  const Answer answered = answer(case_of("planar: gravity_direction"));
+  EXPECT_EQ(answered.result.verdict, Verdict::kAmbiguous);
+  EXPECT_TRUE(answered.among_rivals) << named(answered);
+}
+
+class RobotGapAbstains : public testing::TestWithParam<const char*> {};
+TEST_P(RobotGapAbstains, FromWhatIsNotInTheLibrary) {
+  const Answer answered = answer(case_of(GetParam()));
+  EXPECT_TRUE(answered.result.effects.empty()) << named(answered);
+  EXPECT_EQ(answered.result.verdict, Verdict::kUnexplained);
+  EXPECT_EQ(answered.result.gap_after_Nm, answered.result.gap_before_Nm);
+}
+INSTANTIATE_TEST_SUITE_P(Arms, RobotGapAbstains,
+                         testing::Values("planar: elasticity 2", "planar: warming_friction 2"));
+
+// A right gap for a wrong reason: without the effect, on the arm and in the model, the model must fit again.
+TEST(RobotGap, WithoutTheNamedEffectOnArmAndModelTheGapIsClosedToo) {
+  const RobotCase asked = case_of("planar: torque_constant 2 + viscous 1");
+  const Answer answered = answer(asked);
+  ASSERT_TRUE(answered.right) << named(answered);
+  control::ArmDescription edited = answered.result.arm;
+  edited.drives[1].torque_scale = 1;
+  HiddenArm arm(planar_arm(), {asked.hidden[1]});
+  std::vector<identification::robot_gap::ArmRecording> recordings;
+  recordings.push_back(as_recorded(arm.record({.seconds = 40, .tempo = 1, .seed = 77}, "edited")));
+  const auto judged = identification::robot_gap::analyse(edited, std::move(recordings), {}, {});
+  EXPECT_EQ(judged.verdict, Verdict::kNoGap) << judged.reason;
+}
+
+TEST(RobotGap, RecordingsThatAreTooShortAreRefusedByName) {
+  HiddenArm arm(planar_arm(), {});
+  std::vector<identification::robot_gap::ArmRecording> recordings;
+  recordings.push_back(as_recorded(arm.record({.seconds = 1}, "short.csv")));
+  try {
+    identification::robot_gap::analyse(published(planar_arm(), arm.friction()), std::move(recordings), {},
+                                       {});
+    FAIL() << "accepted";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("short.csv"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace robot_gap_test
