@@ -94,17 +94,21 @@ TEST(IdentifyMoving, IntervalsHoldTheTruth) {
   for (const int count : covered) EXPECT_GE(count, 52);
 }
 
+/// The torque `late` rows later, or earlier if negative.
+identification::Recording shifted(identification::Recording recording, int late) {
+  std::vector<double>& torque = recording.columns[1].values;
+  if (late > 0)
+    std::shift_right(torque.begin(), torque.end(), late);
+  else
+    std::shift_left(torque.begin(), torque.end(), -late);
+  return recording;
+}
+
 /// From a row early to a few rows late, as recorders write it.
 TEST(IdentifyMoving, ATorqueThatIsLateBiasesNothing) {
   const Truth truth;
   for (const int late : {-1, 1, 3}) {
-    identification::Recording recording = recorded(truth, 5);
-    std::vector<double>& torque = recording.columns[1].values;
-    if (late > 0)
-      std::shift_right(torque.begin(), torque.end(), late);
-    else
-      std::shift_left(torque.begin(), torque.end(), -late);
-    const MovingFit fit = fit_moving(recording);
+    const MovingFit fit = fit_moving(shifted(recorded(truth, 5), late));
     EXPECT_NEAR(fit.torque_lag_s, 1e-3 * late, 5e-4);
     EXPECT_NEAR(estimate_of(fit.parameters, "coulomb", "torque_Nm").value, truth.coulomb,
                 0.02 * truth.coulomb);
@@ -141,13 +145,7 @@ TEST(IdentifyMoving, IntervalsHoldTheTruthAlsoWithALagThatDoesNotShow) {
 TEST(IdentifyMoving, ALagBeyondItsRangeIsReportedAndInTheIntervals) {
   const Truth truth;
   for (const int late : {-6, 16}) {
-    identification::Recording recording = recorded(truth, 5);
-    std::vector<double>& torque = recording.columns[1].values;
-    if (late > 0)
-      std::shift_right(torque.begin(), torque.end(), late);
-    else
-      std::shift_left(torque.begin(), torque.end(), -late);
-    const MovingFit fit = fit_moving(recording);
+    const MovingFit fit = fit_moving(shifted(recorded(truth, 5), late));
     EXPECT_EQ(fit.torque_lag_s, late > 0 ? 0.01 : -0.002);
     ASSERT_FALSE(fit.verdicts.empty());
     EXPECT_EQ(fit.verdicts[0].find(late > 0 ? "torque lag at the end of its range: 10 ms of 1"
