@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "analysis/inputs.h"
+#include "identification/fit/statistics.h"
 #include "runtime/configuration/whole_file.h"
 #include "runtime/log.h"
 #include "runtime/program/progress_line.h"
@@ -40,9 +41,11 @@ std::shared_ptr<const runtime::ColumnMap> column_map(const runtime::RobotFile& r
   return map;
 }
 
-/// Whether the only problem is that the table calls its time otherwise.
+/// Whether the table calls its time otherwise.
 bool lacks_time(const runtime::RecordingError& error, const std::string& time) {
-  return error.problems().size() == 1 && error.problems().front().find(time) != std::string::npos;
+  return std::ranges::any_of(error.problems(), [&](const std::string& problem) {
+    return problem.find("there is no column '" + time + "'") != std::string::npos;
+  });
 }
 
 runtime::ReadRecording read_table(const runtime::RobotFile& robot, const std::string& robot_path,
@@ -56,8 +59,23 @@ runtime::ReadRecording read_table(const runtime::RobotFile& robot, const std::st
     return read("t_s");
   } catch (const runtime::RecordingError& error) {
     if (!lacks_time(error, "t_s")) throw;
-    return read("time_s");
   }
+  return read("time_s");
+}
+
+/// Straight lines would bridge it, and their ends would be accelerations.
+void require_no_pause(const ArmRecording& recording, const fs::path& path) {
+  constexpr double kBridgedPeriods = 5;  // as of the recording of a drive
+  std::vector<double> steps_s;
+  for (std::size_t i = 1; i < recording.time_s.size(); ++i)
+    steps_s.push_back(recording.time_s[i] - recording.time_s[i - 1]);
+  if (steps_s.empty()) return;
+  const double longest_s = kBridgedPeriods * identification::fit::median(steps_s);
+  for (std::size_t i = 0; i < steps_s.size(); ++i)
+    if (steps_s[i] > longest_s)
+      throw runtime::ConfigError({fmt::format(
+          "{}: after {:.3f} s there is a pause of {:.3g} s: split the file there, each part is a recording",
+          path.string(), recording.time_s[i], steps_s[i])});
 }
 
 Eigen::MatrixXd gathered(const identification::Recording& recording, std::size_t joints,
@@ -93,6 +111,7 @@ RobotRecordings read_robot_recordings(const runtime::RobotFile& robot, const Rob
                              {time_s.begin(), time_s.end()},
                              gathered(read.recording, joints, &position_quantity),
                              gathered(read.recording, joints, &torque_quantity)};
+      require_no_pause(recording, path);
       (searched ? result.data : result.held_out).push_back(std::move(recording));
     } catch (const runtime::ConfigError& error) {
       problems.insert(problems.end(), error.problems().begin(), error.problems().end());

@@ -3,7 +3,11 @@
 #include <urdf_parser/urdf_parser.h>
 
 #include <algorithm>
+#include <cstddef>
+#include <map>
+#include <set>
 #include <stdexcept>
+#include <string>
 
 namespace control {
 namespace {
@@ -62,6 +66,26 @@ LinkInertia fixed_inertia(const urdf::ModelInterface& robot, const urdf::Link& l
 
 std::invalid_argument bad_arm(const std::string& what) { return std::invalid_argument("URDF: " + what); }
 
+std::string names_of(const std::map<std::string, urdf::LinkSharedPtr>& links) {
+  std::string text;
+  for (const auto& [name, link] : links) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+/// urdfdom reads a URDF whose links form a ring beside its tree.
+void require_tree(const urdf::ModelInterface& robot) {
+  for (const auto& [name, link] : robot.links_) {
+    std::size_t steps = 0;
+    for (auto at = link; at->getParent(); at = at->getParent())
+      if (++steps > robot.links_.size())
+        throw bad_arm("link " + name + " is below itself: its joints form a ring");
+  }
+  std::set<std::string> children;
+  for (const auto& [name, joint] : robot.joints_)
+    if (!children.insert(joint->child_link_name).second)
+      throw bad_arm("link " + joint->child_link_name + " is the child of two joints");
+}
+
 ArmLink moved_link(const urdf::ModelInterface& robot, const urdf::Joint& joint, const urdf::Joint* next) {
   using urdf::Joint;
   if (joint.type != Joint::REVOLUTE && joint.type != Joint::CONTINUOUS && joint.type != Joint::PRISMATIC)
@@ -85,12 +109,15 @@ ArmLink moved_link(const urdf::ModelInterface& robot, const urdf::Joint& joint, 
 SerialArm read_serial_arm(std::string_view urdf, const std::string& base, const std::string& tip) {
   const auto robot = urdf::parseURDF(std::string(urdf));
   if (!robot) throw bad_arm("it cannot be read; the reason is on the console");
+  require_tree(*robot);
   for (const std::string& name : {base, tip})
-    if (!robot->getLink(name)) throw bad_arm("there is no link called " + name);
+    if (!robot->getLink(name))
+      throw bad_arm("there is no link called " + name + "; its links: " + names_of(robot->links_));
   std::vector<urdf::JointConstSharedPtr> path;
   urdf::LinkConstSharedPtr at = robot->getLink(tip);
   for (; at && at->name != base; at = at->getParent()) {
-    if (!at->parent_joint) throw bad_arm("link " + tip + " is not below link " + base);
+    if (!at->parent_joint)
+      throw bad_arm("link " + tip + " is not below link " + base + ": 'base' is the end that stands still");
     path.push_back(at->parent_joint);
   }
   std::ranges::reverse(path);

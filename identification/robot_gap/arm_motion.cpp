@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <stdexcept>
 
@@ -60,9 +61,12 @@ std::size_t stride_of(double period_s, double band_Hz) {
   return static_cast<std::size_t>(std::max(1.0, std::floor(1 / (kSamplesPerBand * band_Hz * period_s))));
 }
 
+double motion_cutoff_Hz(double period_s, double band_Hz) {
+  return std::min(kMotionBands * band_Hz, 0.4 / period_s);
+}
+
 std::vector<double> motion_filtered(std::span<const double> samples, double period_s, double band_Hz) {
-  const double cutoff_Hz = std::min(kMotionBands * band_Hz, 0.4 / period_s);
-  return gap::steep_zero_phase(samples, period_s, cutoff_Hz);
+  return gap::steep_zero_phase(samples, period_s, motion_cutoff_Hz(period_s, band_Hz));
 }
 
 void put(Eigen::MatrixXd& matrix, Eigen::Index row, const std::vector<double>& samples, std::size_t stride) {
@@ -125,9 +129,11 @@ double usable_band_Hz(std::span<const ArmRecording> recordings, double wanted_Hz
 ArmMotion filtered(const ArmRecording& recording, double band_Hz) {
   if (recording.time_s.size() < 2 ||
       recording.time_s.back() - recording.time_s.front() < kShortestRecording / band_Hz)
-    throw std::invalid_argument(recording.name + ": is too short: record at least " +
-                                std::to_string(static_cast<int>(std::ceil(kShortestRecording / band_Hz))) +
-                                " s of motion");
+    throw std::invalid_argument(
+        recording.name + ": is too short: at least " +
+        std::to_string(static_cast<int>(std::ceil(kShortestRecording / band_Hz))) +
+        " s of motion are needed in a band of " + std::to_string(band_Hz) +
+        " Hz, and four times as much where a part is set aside; the slowest recording sets the band");
   const Even grid = even_grid(recording);
   const std::size_t stride = stride_of(grid.period_s, band_Hz);
   ArmMotion motion;
@@ -172,6 +178,13 @@ ArmNoise noise_of(const ArmRecording& recording, double band_Hz) {
         position_gain;
   }
   return noise;
+}
+
+double velocity_noise_gain_per_s(const ArmRecording& recording, double band_Hz) {
+  // Of noise with the density 2·T up to the cut-off: the integral of (2πf)²·2T.
+  const double period_s = median_step_s(recording);
+  const double cutoff_Hz = motion_cutoff_Hz(period_s, band_Hz);
+  return 2 * std::numbers::pi * cutoff_Hz * std::sqrt(2.0 / 3 * period_s * cutoff_Hz);
 }
 
 double noise_gain(const ArmRecording& recording, double band_Hz) {

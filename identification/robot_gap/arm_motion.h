@@ -54,6 +54,9 @@ ArmMotion filtered(const ArmRecording& recording, double band_Hz);
 /// Of an evenly sampled copy of the recording.
 ArmNoise noise_of(const ArmRecording& recording, double band_Hz);
 
+/// Rms of a motion's velocity from white noise of 1 rad in the positions of the recording.
+double velocity_noise_gain_per_s(const ArmRecording& recording, double band_Hz);
+
 /// Rms that white noise of 1 in the samples of the recording leaves in the rows of the comparison.
 double noise_gain(const ArmRecording& recording, double band_Hz);
 

@@ -21,6 +21,10 @@ using Kind = Term::Kind;
 
 /// Below this share of its top speed a joint is at rest.
 constexpr double kRestShare = 0.02;
+/// Below so many standard deviations of the noise of its speed, too.
+constexpr double kAboveNoise = 3;
+/// More than rounding leaves of a position that does not change.
+constexpr double kStill_rad_per_s = 1e-6;
 /// A row counts if the joint moves for more than this share of the time that it averages.
 constexpr double kMovingShare = 0.5;
 constexpr double kZeroStep_rad = 1e-5;
@@ -305,8 +309,21 @@ std::vector<double> top_speeds_rad_per_s(std::span<const ArmMotion> motions) {
   return result;
 }
 
-RowPlan plan_rows(std::span<const ArmMotion> motions, double block_s) {
-  const std::vector<double> top = top_speeds_rad_per_s(motions);
+std::vector<double> rest_speeds_rad_per_s(std::span<const ArmMotion> motions,
+                                          std::span<const ArmRecording> recordings, double band_Hz) {
+  std::vector<double> rest = top_speeds_rad_per_s(motions);
+  for (double& speed : rest) speed = std::max(kRestShare * speed, kStill_rad_per_s);
+  for (const ArmRecording& recording : recordings) {
+    const Eigen::VectorXd noise = noise_of(recording, band_Hz).position_rad;
+    const double gain_per_s = velocity_noise_gain_per_s(recording, band_Hz);
+    for (std::size_t j = 0; j < rest.size(); ++j)
+      rest[j] = std::max(rest[j], kAboveNoise * gain_per_s * noise[static_cast<Eigen::Index>(j)]);
+  }
+  return rest;
+}
+
+RowPlan plan_rows(std::span<const ArmMotion> motions, std::span<const double> rest_speed_rad_per_s,
+                  double block_s) {
   RowPlan plan;
   for (std::size_t m = 0; m < motions.size(); ++m) {
     const ArmMotion& motion = motions[m];
@@ -325,7 +342,7 @@ RowPlan plan_rows(std::span<const ArmMotion> motions, double block_s) {
         const Eigen::Index to = std::min<Eigen::Index>(motion.velocity_rad_per_s.cols(), centre + half + 1);
         const auto speeds =
             motion.velocity_rad_per_s.row(static_cast<Eigen::Index>(j)).segment(from, to - from);
-        const double moving = (speeds.array().abs() > kRestShare * top[j]).cast<double>().mean();
+        const double moving = (speeds.array().abs() > rest_speed_rad_per_s[j]).cast<double>().mean();
         moves[j][k] = moving > kMovingShare ? 1 : 0;
       }
     const double length_s = static_cast<double>(last - first) * motion.row_s();

@@ -27,7 +27,12 @@ struct RowPlan {
 
 /// Rows in which the joint moves: at rest, friction is any torque up to its breakaway. The ends of a
 /// recording are left out, where the filters have seen one side only.
-RowPlan plan_rows(std::span<const ArmMotion> motions, double block_s);
+RowPlan plan_rows(std::span<const ArmMotion> motions, std::span<const double> rest_speed_rad_per_s,
+                  double block_s);
+
+/// Of each joint: below this speed it may be at rest, by its top speed and by the noise of its position.
+std::vector<double> rest_speeds_rad_per_s(std::span<const ArmMotion> motions,
+                                          std::span<const ArmRecording> recordings, double band_Hz);
 
 /// 95 % of each joint's speeds over all motions are below this.
 std::vector<double> top_speeds_rad_per_s(std::span<const ArmMotion> motions);

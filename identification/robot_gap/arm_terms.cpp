@@ -191,7 +191,7 @@ gap::Bounds change_bounds(const Term& term, const ArmDescription& arm) {
   const double value = value_of(term, arm);
   if (never_negative(term.kind)) return {.lower = -value};
   if (term.kind == Kind::kLinkMass || term.kind == Kind::kLinkDensity) return {.lower = -kLossOfMass * value};
-  if (term.kind == Kind::kTorqueScale) return {.lower = kLeastTorqueScale - value};
+  if (term.kind == Kind::kTorqueScale) return {.lower = std::min(0.0, kLeastTorqueScale - value)};
   if (term.kind == Kind::kStribeck) return {.lower = -value};
   return {};
 }

@@ -145,8 +145,9 @@ class Analysis {
     const double block_s = std::max(kShortestBlock / band_Hz_, seconds_of(motions_) / kWantedBlocks);
     const double held_out_block_s =
         std::max(kShortestBlock / band_Hz_, seconds_of(held_out_motions_) / kWantedBlocks);
-    data_ = {motions_, plan_rows(motions_, block_s), {}, {}};
-    held_ = {held_out_motions_, plan_rows(held_out_motions_, held_out_block_s), {}, {}};
+    const std::vector<double> rest = rest_speeds_rad_per_s(motions_, recordings_, band_Hz_);
+    data_ = {motions_, plan_rows(motions_, rest, block_s), {}, {}};
+    held_ = {held_out_motions_, plan_rows(held_out_motions_, rest, held_out_block_s), {}, {}};
     require_motion();
     floor_Nm_ = noise_floor_Nm(arm, recordings_, band_Hz_).cwiseMax(1e-9);
     for (ArmData* part : {&data_, &held_}) part->sigma_Nm = part->floor_Nm = floor_Nm_;
@@ -429,6 +430,10 @@ class Analysis {
       if (!joint.judged) result.notes.push_back(joint.joint + " does not move: it was not judged");
       result.joints.push_back(joint);
     }
+    if (band_Hz_ < options_.band_Hz)
+      result.notes.push_back(
+          printed("compared up to %.3g Hz, not %.3g: the slowest recording has no more samples", band_Hz_,
+                  options_.band_Hz));
     const auto add = [&](const ArmData& data, const Eigen::VectorXd& before, const Eigen::VectorXd& after,
                          bool is_held_out) {
       for (std::size_t m = 0; m < data.motions.size(); ++m) {

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <map>
 #include <stdexcept>
 
 #include "runtime/configuration/closest_name.h"
@@ -22,6 +23,8 @@ constexpr std::string_view kRobotFormat = "youbot-robot-model/1";
 constexpr std::size_t kMaxArmJoints = 32;
 constexpr std::size_t kMaxUrdfBytes = std::size_t{16} << 20;
 constexpr std::size_t kMaxRipples = 16;
+/// Beside the given ones, a delivered model has those that were found.
+constexpr std::size_t kMaxRipplesOfDrive = 64;
 
 /// A number of a drive, by its key.
 struct DriveKey {
@@ -64,7 +67,7 @@ std::string column_name(std::string pattern, std::size_t number) {
 }
 
 void read_ripples(TomlTable& table, ArmDrive& drive) {
-  for (TomlTable& one : table.tables("ripple", {.most = kMaxRipples})) {
+  for (TomlTable& one : table.tables("ripple", {.most = kMaxRipplesOfDrive})) {
     ArmDrive::Ripple ripple;
     one.number("periods_per_rev", ripple.periods_per_rev, {.min = 1e-6, .max = 1e6, .required = true});
     one.number("sine_Nm", ripple.sine_Nm);
@@ -87,7 +90,8 @@ class RobotReader {
     root_.number("band_Hz", robot_.band_Hz, {.min = 0.1, .max = 1000});
     root_.list("ripples_per_rev", robot_.ripples_per_rev, {.most = kMaxRipples});
     for (const double ripple : robot_.ripples_per_rev)
-      if (!(ripple > 0)) root_.refuse("ripples_per_rev", "should be positive");
+      if (!(ripple >= 1e-6 && ripple <= 1e6))
+        root_.refuse("ripples_per_rev", "should be from 1e-06 to 1e+06 periods in a turn");
     read_gravity();
     read_urdf();
     read_columns();
@@ -168,6 +172,9 @@ class RobotReader {
       const NumberRules factor{.min = kAny, .max = kAnySize};
       table.number("position_factor", known ? robot_.columns.position_factor[at] : unused_factor, factor);
       table.number("torque_factor", known ? robot_.columns.torque_factor[at] : unused_factor, factor);
+      for (const char* key : {"position_factor", "torque_factor"})
+        if (known && (key[0] == 'p' ? robot_.columns.position_factor : robot_.columns.torque_factor)[at] == 0)
+          table.refuse(key, "is zero: nothing would be read");
       read_ripples(table, drive);
       if (joint.empty() || names.empty()) continue;
       if (!known) {
@@ -179,6 +186,7 @@ class RobotReader {
       there[at] = true;
       robot_.arm.drives[at] = drive;
     }
+    refuse_shared_columns(names);
     std::vector<std::string> missing;
     for (std::size_t i = 0; i < joints; ++i)
       if (!there[i]) missing.push_back(names[i]);
@@ -186,6 +194,21 @@ class RobotReader {
       root_.refuse("drive", fmt::format("is missing for {}: every joint that moves between base and tip has "
                                         "one [[drive]] with joint = \"NAME\"",
                                         list_of(missing)));
+  }
+
+  void refuse_shared_columns(const std::vector<std::string>& names) {
+    std::map<std::string, std::string> used;
+    for (std::size_t i = 0; i < names.size(); ++i)
+      for (const bool position : {true, false}) {
+        const std::string& column = (position ? robot_.columns.position : robot_.columns.torque)[i];
+        const std::string what = (position ? "position of " : "torque of ") + names[i];
+        const auto [other, is_new] = used.emplace(column, what);
+        if (!is_new)
+          root_.refuse(
+              root_.has("columns") ? "columns" : "drive",
+              fmt::format("gives '{}' as the {} and as the {}: write {{}} for the number of the joint",
+                          column, other->second, what));
+      }
   }
 
   void read_links() {

@@ -108,6 +108,44 @@ TEST_F(GapRobot, RefusesATableWithoutAColumnOrWithANumberThatIsNone) {
   expect_refused("--data " + torn, "torn.csv:3:");
 }
 
+TEST_F(GapRobot, NamesTheLineOfABadTimeWhateverTheFileIsCalled) {
+  const std::string head = "t_s,q1_rad,q2_rad,tau1_Nm,tau2_Nm\n0,0,0,0,0\n";
+  const std::string bad = directory_.write("left_slow.csv", head + "nan,0,0,0,0\n0.02,0,0,0,0\n").string();
+  expect_refused("--data " + bad, "left_slow.csv:3:");
+  const std::string torn = directory_.write("left_s.csv", head + "0.01,0,0\n0.02,0,0,0,0\n").string();
+  expect_refused("--data " + torn, "left_s.csv:3:");
+}
+
+TEST_F(GapRobot, RefusesAPauseInARecording) {
+  std::string rows = "t_s,q1_rad,q2_rad,tau1_Nm,tau2_Nm\n";
+  for (int i = 0; i < 3000; ++i)
+    rows += std::to_string(0.01 * i + (i < 1000 ? 0 : 1e6)) + ",0.1,0.2,0.3,0.4\n";
+  const std::string paused = directory_.write("paused.csv", rows).string();
+  expect_refused("--data " + paused, "paused.csv: after 9.990 s there is a pause of 1e+06 s: split the file");
+}
+
+TEST_F(GapRobot, RefusesColumnsThatTwoJointsShareAndFactorsOfZero) {
+  const std::string good = read(data_ / "robot.toml");
+  directory_.write("robot.toml", good + "[columns]\nposition = \"q1_rad\"\n");
+  expect_refused("--data" + recording("A_fast_1.csv"), "write {} for the number of the joint");
+  directory_.write("robot.toml", good + "torque_factor = 0\n");
+  expect_refused("--data" + recording("A_fast_1.csv"), "torque_factor' is zero");
+}
+
+TEST_F(GapRobot, RefusesAUrdfWithARing) {
+  const auto joint = [](const char* name, const char* type, const char* parent, const char* child) {
+    return std::string(R"(<joint name=")") + name + R"(" type=")" + type + R"("><parent link=")" + parent +
+           R"("/><child link=")" + child + R"("/><axis xyz="0 0 1"/></joint>)";
+  };
+  directory_.write("arm.urdf", R"(<robot name="ring"><link name="world"/><link name="a"/><link name="b"/>)" +
+                                   joint("one", "continuous", "a", "b") + joint("two", "fixed", "b", "a") +
+                                   "</robot>");
+  directory_.write("robot.toml",
+                   "format = \"youbot-robot-model/1\"\nurdf = \"arm.urdf\"\nbase = \"world\"\ntip = \"b\"\n"
+                   "[[drive]]\njoint = \"one\"\n");
+  expect_refused("--data" + recording("A_fast_1.csv"), "its joints form a ring");
+}
+
 // What youbot-gap writes, it reads again.
 TEST(RobotFile, EveryParameterOfAnArmSurvivesWritingAndReading) {
   const fs::path data = fs::path(support::source_dir()) / "tests/data/two_link_arm";

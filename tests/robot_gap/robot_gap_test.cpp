@@ -4,7 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
 
+#include "identification/robot_gap/arm_motion.h"
+#include "identification/robot_gap/arm_rows.h"
 #include "tests/robot_gap/robot_cases.h"
 
 namespace robot_gap_test {
@@ -71,6 +76,33 @@ TEST(RobotGap, WithoutTheNamedEffectOnArmAndModelTheGapIsClosedToo) {
   recordings.push_back(as_recorded(arm.record({.seconds = 40, .tempo = 1, .seed = 77}, "edited")));
   const auto judged = identification::robot_gap::analyse(edited, std::move(recordings), {}, {});
   EXPECT_EQ(judged.verdict, Verdict::kNoGap) << judged.reason;
+}
+
+/// Its speed is noise of the encoder; friction at rest is any torque up to breakaway.
+TEST(RobotGap, AJointThatOnlyItsEncoderMovesIsNotJudged) {
+  using identification::robot_gap::ArmMotion;
+  using identification::robot_gap::ArmRecording;
+  using identification::robot_gap::RowPlan;
+  for (const double noise_rad : {0.0, 1e-5, 1e-3}) {
+    ArmRecording recording{.name = "one moves", .time_s = {}, .position_rad = {}, .torque_Nm = {}};
+    recording.position_rad.resize(2, 8000);
+    recording.torque_Nm = Eigen::MatrixXd::Zero(2, 8000);
+    std::mt19937_64 random(3);
+    std::normal_distribution<double> noise;
+    for (Eigen::Index i = 0; i < 8000; ++i) {
+      const double t = 1e-3 * static_cast<double>(i);
+      recording.time_s.push_back(t);
+      recording.position_rad.col(i) << std::sin(2 * t) + noise_rad * noise(random),
+          0.3 + noise_rad * noise(random);
+    }
+    constexpr double kBand_Hz = 10;
+    const std::vector<ArmRecording> recordings{recording};
+    const std::vector<ArmMotion> motions{filtered(recording, kBand_Hz)};
+    const RowPlan plan = plan_rows(motions, rest_speeds_rad_per_s(motions, recordings, kBand_Hz), 1);
+    EXPECT_TRUE(std::ranges::any_of(plan.rows, [](const RowPlan::Row& row) { return row.joint == 0; }));
+    EXPECT_TRUE(std::ranges::none_of(plan.rows, [](const RowPlan::Row& row) { return row.joint == 1; }))
+        << noise_rad;
+  }
 }
 
 TEST(RobotGap, RecordingsThatAreTooShortAreRefusedByName) {
