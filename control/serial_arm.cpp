@@ -72,13 +72,15 @@ std::string names_of(const std::map<std::string, urdf::LinkSharedPtr>& links) {
   return text;
 }
 
-/// urdfdom reads a URDF whose links form a ring beside its tree.
-void require_tree(const urdf::ModelInterface& robot) {
+/// urdfdom reads a URDF whose links form a ring beside its tree. Such links own each other: the ring is cut.
+void require_tree(urdf::ModelInterface& robot) {
   for (const auto& [name, link] : robot.links_) {
     std::size_t steps = 0;
     for (auto at = link; at->getParent(); at = at->getParent())
-      if (++steps > robot.links_.size())
+      if (++steps > robot.links_.size()) {
+        for (const auto& [other, owner] : robot.links_) owner->child_links.clear();
         throw bad_arm("link " + name + " is below itself: its joints form a ring");
+      }
   }
   std::set<std::string> children;
   for (const auto& [name, joint] : robot.joints_)
