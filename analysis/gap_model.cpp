@@ -5,9 +5,8 @@
 #include <algorithm>
 #include <variant>
 
+#include "analysis/model_header.h"
 #include "runtime/configuration/drive_model_file.h"
-#include "runtime/program/build_info.h"
-#include "runtime/program/wording.h"
 
 namespace analysis {
 namespace {
@@ -44,14 +43,7 @@ std::vector<std::string> unnamed_remarks(const identification::gap::UnnamedEffec
 }
 
 std::vector<std::string> header(const Findings& findings) {
-  const identification::gap::Result& result = findings.result;
-  std::vector<std::string> lines{
-      "written by youbot-gap " + std::string(runtime::build_version()),
-      fmt::format("base: {}; seed {}", findings.base_path, findings.seed),
-      "searched: " + runtime::list_text(findings.data), "held out: " + runtime::list_text(result.held_out),
-      fmt::format("verdict: {}; held-out gap {:.4g} -> {:.4g} N·m, noise floor {:.4g} N·m",
-                  identification::gap::verdict_name(result.verdict), result.gap_before_Nm,
-                  result.gap_after_Nm, result.noise_floor_Nm)};
+  std::vector<std::string> lines = model_header(findings);
   for (const Refitted& refitted : refitted_parameters(findings))
     if (refitted.after.name == "inertia_kg_m2")
       lines.push_back(

@@ -89,9 +89,12 @@ void add_robot_effects(report::Page& page, const RobotResult& result) {
     page.table({{"effect"}, {"parameter"}, {"given"}, {"value"}, {"95 %, from"}, {"to"}, {"unit"}},
                parameters, "Their parameters, with intervals from blocks drawn with repetition");
     if (!rivals.empty())
-      page.table(
-          {{"effect"}, {"cannot be told from"}, {"wins"}, {"wins of the other"}, {"what would decide"}},
-          rivals, fmt::format("Rivals, of {} draws of the noise", identification::gap::kNoiseDraws));
+      page.table({{"effect"},
+                  {"this data cannot tell it from"},
+                  {"wins"},
+                  {"wins of the other"},
+                  {"what would decide"}},
+                 rivals, fmt::format("Rivals, of {} draws of the noise", identification::gap::kNoiseDraws));
   }
   std::vector<report::Row> rows;
   for (const auto& rejected : result.rejected) rows.push_back({part_words(rejected.name), rejected.reason});

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "analysis/model_header.h"
 #include "analysis/robot.h"
 #include "identification/gap/noise_draws.h"
 #include "runtime/configuration/quantity.h"
@@ -161,14 +162,8 @@ std::string robot_model_text(const RobotFindings& findings, const std::filesyste
   std::error_code error;
   std::filesystem::path urdf = std::filesystem::proximate(findings.base.urdf, out, error);
   if (error) urdf = std::filesystem::absolute(findings.base.urdf);
-  const std::vector<std::string> header{
-      "written by youbot-gap " + std::string(runtime::build_version()),
-      fmt::format("base: {}; seed {}", findings.base_path, findings.seed),
-      "searched: " + runtime::list_text(findings.data), "held out: " + runtime::list_text(result.held_out),
-      fmt::format("verdict: {}; held-out gap {:.4g} -> {:.4g} N·m, noise floor {:.4g} N·m",
-                  identification::gap::verdict_name(result.verdict), result.gap_before_Nm,
-                  result.gap_after_Nm, result.noise_floor_Nm)};
-  return runtime::robot_file_text(robot, urdf, findings.base.arm, header, robot_remarks(result));
+  return runtime::robot_file_text(robot, urdf, findings.base.arm, model_header(findings),
+                                  robot_remarks(result));
 }
 
 std::string robot_summary_text(const RobotFindings& findings) {

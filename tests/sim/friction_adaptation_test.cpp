@@ -126,7 +126,7 @@ TEST(FrictionAdaptation, FollowsThePathAtAnyLoadAndLearnsItOfEachWheel) {
     for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(driven.factors()[i], load[i], 0.05 * load[i]) << i;
   }
   Driven believing({3, 3, 3, 3}, std::nullopt);
-  EXPECT_GT(worst_m(believing, a_path()), 0.3) << "the load is no matter without adaptation";
+  EXPECT_GT(worst_m(believing, a_path()), 0.3) << "this load stops no base, adapted or not";
 }
 
 TEST(FrictionAdaptation, FollowsALoadThatChangesUnderWay) {
@@ -201,7 +201,7 @@ TEST(FrictionAdaptation, ABaseThatIsHeldDoesNotTurnAndDoesNotLeapWhenItIsRelease
       EXPECT_LT(adapted.turned_rad, 0.01);
       // The command of 6 N, and the help for twice the friction of the models, 5.7 N.
       EXPECT_LT(adapted.hand_N, 6 + 2 * 5.7);
-      // With less than the spring's own 0.1 m/s for the way.
+      // The spring against its damper: without friction, (150 N/m)/(150 N·s/m) times the distance.
       EXPECT_LT(adapted.released_m_per_s, 0.7 * ahead_m + 0.01);
     }
 }
