@@ -43,7 +43,9 @@ std::vector<std::string> unnamed_remarks(const identification::gap::UnnamedEffec
 }
 
 std::vector<std::string> header(const Findings& findings) {
-  std::vector<std::string> lines = model_header(findings);
+  std::vector<std::string> lines =
+      model_header(findings, gap_line(findings.result.gap_before_Nm, findings.result.gap_after_Nm,
+                                      findings.result.noise_floor_Nm, "N·m"));
   for (const Refitted& refitted : refitted_parameters(findings))
     if (refitted.after.name == "inertia_kg_m2")
       lines.push_back(

@@ -12,17 +12,20 @@
 
 namespace analysis {
 
-/// Of the findings of a drive or of an arm.
+/// The gap before and after with its noise floor, as models and terminals show it.
+inline std::string gap_line(double before, double after, double noise_floor, const std::string& unit) {
+  return fmt::format("{0:.4g} -> {1:.4g} {3}, noise floor {2:.4g} {3}", before, after, noise_floor, unit);
+}
+
+/// Of the findings of a drive or of a robot. `gap`: "0.1 -> 0.05 N·m, noise floor 0.04 N·m".
 template <typename Findings>
-std::vector<std::string> model_header(const Findings& findings) {
+std::vector<std::string> model_header(const Findings& findings, const std::string& gap) {
   const auto& result = findings.result;
-  return {"written by youbot-gap " + std::string(runtime::build_version()),
-          fmt::format("base: {}; seed {}", findings.base_path, findings.seed),
-          "searched: " + runtime::list_text(findings.data),
-          "held out: " + runtime::list_text(result.held_out),
-          fmt::format("verdict: {}; held-out gap {:.4g} -> {:.4g} N·m, noise floor {:.4g} N·m",
-                      identification::gap::verdict_name(result.verdict), result.gap_before_Nm,
-                      result.gap_after_Nm, result.noise_floor_Nm)};
+  return {
+      "written by youbot-gap " + std::string(runtime::build_version()),
+      fmt::format("base: {}; seed {}", findings.base_path, findings.seed),
+      "searched: " + runtime::list_text(findings.data), "held out: " + runtime::list_text(result.held_out),
+      fmt::format("verdict: {}; held-out gap {}", identification::gap::verdict_name(result.verdict), gap)};
 }
 
 }  // namespace analysis

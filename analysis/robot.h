@@ -1,8 +1,10 @@
 /// @file
-/// `youbot-gap robot`: finds which part of an arm's model is wrong, and by which effect.
+/// `youbot-gap robot`: finds which part of a robot's model is wrong, and by which effect.
 #pragma once
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -21,27 +23,36 @@ struct RobotGapOptions {
 };
 
 struct RobotFindings {
-  runtime::RobotFile base;  ///< as given
+  std::string name;  ///< of the robot; may be empty
   std::string base_path;
   std::vector<std::string> data;  ///< names of the searched recordings
   std::uint64_t seed = 1;
   identification::robot_gap::RobotResult result;
+  std::string channel_word;  ///< what a channel is: "joint"
+  std::string metric;        ///< "rms torque residual over all joints, held-out"
+  std::string comparison;    ///< what is compared and what the noise floor is: sentences for the report
 };
 
-/// Reads the recordings of all joints, as the robot file names their columns. `warnings` of the reader.
-/// @throws runtime::ConfigError with the problems of every recording.
-struct RobotRecordings {
-  std::vector<identification::robot_gap::ArmRecording> data;
-  std::vector<identification::robot_gap::ArmRecording> held_out;
-  std::vector<std::string> warnings;
+/// A robot with its recordings, ready for the search.
+struct OpenedRobot {
+  std::unique_ptr<identification::robot_gap::Subject> subject;
+  RobotFindings findings;             ///< without the result
+  std::vector<std::string> warnings;  ///< of the recordings
+  /// Text of the delivered model, for a file in `out`.
+  std::function<std::string(const RobotFindings& findings, const std::filesystem::path& out)> model_text;
 };
-RobotRecordings read_robot_recordings(const runtime::RobotFile& robot, const RobotGapOptions& options);
+/// An arm, its joints' positions and torques as the robot file names their columns.
+/// @throws runtime::ConfigError with the problems of the robot file or of every recording;
+/// std::invalid_argument if the data cannot answer the question.
+OpenedRobot open_arm(const RobotGapOptions& options);
 
-/// Texts of the three files, and of the terminal.
-std::string robot_model_text(const RobotFindings& findings, const std::filesystem::path& out);
+/// Texts of two of the three files, and of the terminal.
 std::string robot_gap_json(const RobotFindings& findings);
 std::string robot_report_html(const RobotFindings& findings);
 std::string robot_summary_text(const RobotFindings& findings);
+/// First comments of a delivered model, and lines above its parts.
+std::vector<std::string> robot_header(const RobotFindings& findings);
+std::vector<runtime::RobotRemark> robot_remarks(const RobotFindings& findings);
 
 /// "coulomb of joint2 or of joint1": with the rivals that the data cannot distinguish.
 std::string part_with_rivals(const identification::robot_gap::FoundPart& found);

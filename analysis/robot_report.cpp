@@ -15,46 +15,55 @@
 namespace analysis {
 namespace {
 
+using identification::robot_gap::ChannelGap;
 using identification::robot_gap::FoundPart;
-using identification::robot_gap::JointGap;
 using identification::robot_gap::RobotResult;
 using identification::robot_gap::Share;
 using runtime::number_text;
 
-void add_robot_gap(report::Page& page, const RobotResult& result) {
-  page.text(
-      "The gap is the torque that the model does not predict from the measured motion, rms on held-out "
-      "recordings, up to " +
-      number_text(result.band_Hz, "Hz") + ". The noise floor is the scatter of torque and position sensors.");
-  page.table({{"model"}, {"gap", "N·m"}},
-             {{"as given", result.gap_before_Nm},
-              {"its friction refitted", result.gap_refitted_Nm},
-              {"every parameter fitted at once", result.gap_dense_Nm},
-              {"the new one", result.gap_after_Nm},
-              {"noise floor", result.noise_floor_Nm}},
-             "The gap of all joints");
+void add_robot_gap(report::Page& page, const RobotFindings& findings) {
+  const RobotResult& result = findings.result;
+  page.text(findings.comparison);
+  for (const auto& [unit, gap] : result.gaps)
+    page.table({{"model"}, {"gap", unit}},
+               {{"as given", gap.before},
+                {"its friction refitted", gap.refitted},
+                {"every parameter fitted at once", gap.dense},
+                {"the new one", gap.after},
+                {"noise floor", gap.noise_floor}},
+               fmt::format("The gap of all {}s, in {}", findings.channel_word, unit));
   std::vector<report::Row> rows;
-  for (const JointGap& joint : result.joints) {
+  for (const ChannelGap& channel : result.channels) {
     double share = 0;
     for (const Share& one : result.shares)
-      if (one.coordinate == "joint" && one.joint == joint.joint) share = one.before;
-    rows.push_back({joint.joint, 100 * share, joint.before_Nm, joint.after_Nm, joint.dense_Nm,
-                    joint.noise_floor_Nm,
-                    joint.noise_floor_Nm > 0 ? joint.after_Nm / joint.noise_floor_Nm : std::nan("")});
+      if (one.coordinate == "channel" && one.channel == channel.channel.name) share = one.before;
+    const auto& gap = channel.gap;
+    rows.push_back({channel.channel.name, 100 * share, gap.before, gap.after, gap.dense, gap.noise_floor,
+                    channel.channel.unit, gap.noise_floor > 0 ? gap.after / gap.noise_floor : std::nan("")});
   }
-  page.table({{"joint"},
+  page.table({{findings.channel_word},
               {"of the disagreement", "%", 1},
-              {"as given", "N·m"},
-              {"new", "N·m"},
-              {"every parameter at once", "N·m"},
-              {"noise floor", "N·m"},
+              {"as given"},
+              {"new"},
+              {"every parameter at once"},
+              {"noise floor"},
+              {"unit"},
               {"new, in floors", "", 2}},
-             rows, "Where they part, joint by joint");
+             rows, fmt::format("Where they part, {0} by {0}", findings.channel_word));
   rows.clear();
   for (const auto& motion : result.motions)
-    rows.push_back({motion.recording, std::string(motion.held_out ? "held out" : "searched"),
-                    motion.before_Nm, motion.after_Nm});
-  page.table({{"recording"}, {"data"}, {"as given", "N·m"}, {"new", "N·m"}}, rows, "Recording by recording");
+    rows.push_back({motion.recording, std::string(motion.held_out ? "held out" : "searched"), motion.before,
+                    motion.after});
+  page.table({{"recording"}, {"data"}, {"as given", "floors"}, {"new", "floors"}}, rows,
+             "Recording by recording, in noise floors");
+}
+
+/// "0.1 N·m, 2 rad"
+std::string by_unit(const std::vector<double>& values, const RobotResult& result) {
+  std::string text;
+  for (std::size_t u = 0; u < result.gaps.size(); ++u)
+    text += (text.empty() ? "" : ", ") + number_text(values[u], result.gaps[u].unit);
+  return text;
 }
 
 void add_robot_effects(report::Page& page, const RobotResult& result) {
@@ -64,8 +73,9 @@ void add_robot_effects(report::Page& page, const RobotResult& result) {
     std::vector<report::Row> parameters;
     std::vector<report::Row> rivals;
     for (const FoundPart& found : result.effects) {
-      rows.push_back({part_words(found.name), found.gap_before_Nm, found.gap_after_Nm,
-                      100 * found.held_out_gain, fmt::format("{} of {}", found.blocks_improved, found.blocks),
+      rows.push_back({part_words(found.name), by_unit(found.gap_before, result),
+                      by_unit(found.gap_after, result), 100 * found.held_out_gain,
+                      fmt::format("{} of {}", found.blocks_improved, found.blocks),
                       number_text(found.p_value)});
       for (std::size_t i = 0; i < found.parameters.size(); ++i) {
         const auto& estimate = found.parameters[i];
@@ -80,8 +90,8 @@ void add_robot_effects(report::Page& page, const RobotResult& result) {
                           i == 0 ? found.deciding_experiment : ""});
     }
     page.table({{"effect"},
-                {"without it", "N·m"},
-                {"with it", "N·m"},
+                {"gap without it"},
+                {"with it"},
                 {"takes away", "%", 1},
                 {"blocks improved"},
                 {"by chance p"}},
@@ -101,47 +111,54 @@ void add_robot_effects(report::Page& page, const RobotResult& result) {
   if (!rows.empty()) page.table({{"effect"}, {"why not"}}, rows, "Tried and not added");
 }
 
-void add_robot_shares(report::Page& page, const RobotResult& result) {
+/// A plot of each channel, for every coordinate with more than two ranges.
+void add_robot_share_plots(report::Page& page, const RobotResult& result) {
+  std::map<std::string, std::map<std::string, report::Plot>> plots;
+  for (const Share& share : result.shares) {
+    if (share.coordinate == "channel" || share.coordinate == "time" || share.coordinate == "direction")
+      continue;
+    const std::string of = share.channel.empty() ? "" : share.channel + ", ";
+    report::Plot& plot = plots[share.coordinate][share.channel];
+    if (plot.series.empty())
+      plot = {.title = of + "by " + share.coordinate,
+              .x = {share.coordinate, share.unit},
+              .y = {"share", "%"},
+              .series = {{.name = "as given", .x = {}, .y = {}, .style = report::Style::kLineAndPoints},
+                         {.name = "new", .x = {}, .y = {}, .style = report::Style::kLineAndPoints}}};
+    for (report::Series& series : plot.series) series.x.push_back(0.5 * (share.from + share.to));
+    plot.series[0].y.push_back(100 * share.before);
+    plot.series[1].y.push_back(100 * share.after);
+  }
+  for (const auto& [coordinate, by_channel] : plots) {
+    std::vector<report::Plot> row;
+    for (const auto& [channel, plot] : by_channel) row.push_back(plot);
+    page.plots(row);
+  }
+}
+
+void add_robot_shares(report::Page& page, const RobotFindings& findings) {
+  const RobotResult& result = findings.result;
   if (result.shares.empty()) return;
   page.heading("Where they part");
   page.text(
-      "Share of the squared residual of the model as given, in six ranges each: of speed, pose and load of "
-      "every joint, in both directions, and over the time of each recording.");
-  const std::map<std::string, std::string> units{{"speed", "rad/s"}, {"pose", "rad"}, {"load", "N·m"}};
-  for (const auto& [coordinate, unit] : units) {
-    std::vector<report::Plot> plots;
-    for (const JointGap& joint : result.joints) {
-      report::Series before{.name = "as given", .x = {}, .y = {}, .style = report::Style::kLineAndPoints};
-      report::Series after{.name = "new", .x = {}, .y = {}, .style = report::Style::kLineAndPoints};
-      for (const Share& share : result.shares) {
-        if (share.coordinate != coordinate || share.joint != joint.joint) continue;
-        for (report::Series* series : {&before, &after}) series->x.push_back(0.5 * (share.from + share.to));
-        before.y.push_back(100 * share.before);
-        after.y.push_back(100 * share.after);
-      }
-      if (before.x.empty()) continue;
-      plots.push_back({.title = joint.joint + ", by " + coordinate,
-                       .x = {coordinate, unit},
-                       .y = {"share", "%"},
-                       .series = {before, after}});
-    }
-    if (!plots.empty()) page.plots(plots);
-  }
+      "Share of the squared residual of the model as given, in ranges of each quantity, in both directions, "
+      "and over the time of each recording.");
+  add_robot_share_plots(page, result);
   std::vector<report::Row> rows;
   for (const Share& share : result.shares)
     if (share.coordinate == "direction")
-      rows.push_back({share.joint, std::string(share.to > 0.5 ? "forwards" : "backwards"), 100 * share.before,
-                      100 * share.after});
+      rows.push_back({share.channel, std::string(share.to > 0.5 ? "forwards" : "backwards"),
+                      100 * share.before, 100 * share.after});
     else if (share.coordinate == "time")
       rows.push_back({share.recording, fmt::format("{:.3g} to {:.3g} s", share.from, share.to),
                       100 * share.before, 100 * share.after});
-  page.table({{"joint or recording"}, {"range"}, {"as given", "%", 1}, {"new", "%", 1}}, rows,
-             "By direction and time");
+  page.table({{findings.channel_word + " or recording"}, {"range"}, {"as given", "%", 1}, {"new", "%", 1}},
+             rows, "By direction and time");
 }
 
 void add_robot_traces(report::Page& page, const RobotResult& result) {
   if (result.traces.empty()) return;
-  page.heading("Torques");
+  page.heading("Measured and predicted");
   std::string recording;
   std::vector<report::Plot> plots;
   const auto flush = [&] {
@@ -151,12 +168,12 @@ void add_robot_traces(report::Page& page, const RobotResult& result) {
   for (const auto& trace : result.traces) {
     if (trace.recording != recording) flush();
     recording = trace.recording;
-    plots.push_back({.title = trace.recording + ", " + trace.joint,
+    plots.push_back({.title = trace.recording + ", " + trace.channel,
                      .x = {.label = "time", .unit = "s", .link = "time of " + trace.recording},
-                     .y = {"torque", "N·m"},
-                     .series = {{"measured", trace.time_s, trace.measured_Nm},
-                                {"as given", trace.time_s, trace.before_Nm, report::Style::kDashed},
-                                {"new", trace.time_s, trace.after_Nm}}});
+                     .y = {trace.channel, trace.unit},
+                     .series = {{"measured", trace.time_s, trace.measured},
+                                {"as given", trace.time_s, trace.before, report::Style::kDashed},
+                                {"new", trace.time_s, trace.after}}});
   }
   flush();
 }
@@ -165,15 +182,15 @@ void add_robot_traces(report::Page& page, const RobotResult& result) {
 
 std::string robot_report_html(const RobotFindings& findings) {
   const RobotResult& result = findings.result;
-  const std::string name = findings.base.name.empty() ? "the robot" : findings.base.name;
+  const std::string name = findings.name.empty() ? "the robot" : findings.name;
   report::Page page("The gap of " + name);
   page.text(fmt::format("{}: {}.", identification::gap::verdict_name(result.verdict), result.reason));
   for (const FoundPart& found : result.effects)
     if (!found.deciding_experiment.empty()) page.text("Next: " + found.deciding_experiment);
   page.heading("The gap");
-  add_robot_gap(page, result);
+  add_robot_gap(page, findings);
   add_robot_effects(page, result);
-  add_robot_shares(page, result);
+  add_robot_shares(page, findings);
   add_robot_traces(page, result);
   for (const std::string& note : result.notes) page.text(note);
   page.heading("Inputs");

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <system_error>
 
 #include "analysis/model_header.h"
 #include "analysis/robot.h"
@@ -17,6 +16,7 @@ namespace {
 
 using identification::fit::Estimate;
 using identification::robot_gap::FoundPart;
+using identification::robot_gap::Gap;
 using identification::robot_gap::NamedEffect;
 using identification::robot_gap::RobotResult;
 using RobotJson = nlohmann::ordered_json;
@@ -40,14 +40,34 @@ std::string robot_evidence(const FoundPart& found) {
 
 RobotJson json_of_name(const NamedEffect& name) { return {{"type", name.effect}, {"part", name.part}}; }
 
-RobotJson json_of_found(const FoundPart& found) {
+/// "Nm": as names of columns have it.
+std::string plain_unit(std::string unit) {
+  for (std::size_t at = unit.find("·"); at != std::string::npos; at = unit.find("·"))
+    unit.erase(at, std::string_view("·").size());
+  return unit;
+}
+
+RobotJson json_of_gap(const Gap& gap) {
+  return {{"noise_floor", gap.noise_floor},
+          {"before", gap.before},
+          {"refitted", gap.refitted},
+          {"all_parameters", gap.dense},
+          {"after", gap.after}};
+}
+
+RobotJson json_of_found(const FoundPart& found, const RobotResult& result) {
   RobotJson json = json_of_name(found.name);
   json["evidence"] = {{"held_out_gain", found.held_out_gain},
                       {"of_squared", "held-out residual"},
                       {"blocks_improved", fmt::format("{}/{}", found.blocks_improved, found.blocks)},
                       {"p_value", found.p_value}};
-  json["gap_before"] = found.gap_before_Nm;
-  json["gap_after"] = found.gap_after_Nm;
+  json["gap_before"] = found.gap_before.front();
+  json["gap_after"] = found.gap_after.front();
+  json["units"] = RobotJson::array();
+  for (std::size_t u = 0; u < result.gaps.size(); ++u)
+    json["units"].push_back({{"unit", plain_unit(result.gaps[u].unit)},
+                             {"before", found.gap_before[u]},
+                             {"after", found.gap_after[u]}});
   json["equivalent"] = RobotJson::array();
   for (std::size_t i = 0; i < found.equivalent.size(); ++i) {
     RobotJson rival = json_of_name(found.equivalent[i]);
@@ -68,21 +88,6 @@ RobotJson json_of_found(const FoundPart& found) {
   return json;
 }
 
-/// Lines above the parts of a delivered model.
-std::vector<runtime::RobotRemark> robot_remarks(const RobotResult& result) {
-  std::vector<runtime::RobotRemark> remarks;
-  for (const FoundPart& found : result.effects) {
-    remarks.push_back({found.name.part, part_words(found.name) + ": " + robot_parameters_text(found)});
-    remarks.push_back({found.name.part, "added by youbot-gap: " + robot_evidence(found)});
-    if (found.equivalent.empty()) continue;
-    std::string rivals;
-    for (const NamedEffect& rival : found.equivalent)
-      rivals += (rivals.empty() ? "" : ", ") + part_words(rival);
-    remarks.push_back({found.name.part, "this data cannot tell it from: " + rivals});
-  }
-  return remarks;
-}
-
 }  // namespace
 
 std::string part_words(const NamedEffect& name) {
@@ -97,98 +102,112 @@ std::string part_with_rivals(const FoundPart& found) {
   return text;
 }
 
+std::vector<runtime::RobotRemark> robot_remarks(const RobotFindings& findings) {
+  std::vector<runtime::RobotRemark> remarks;
+  for (const FoundPart& found : findings.result.effects) {
+    remarks.push_back({found.name.part, part_words(found.name) + ": " + robot_parameters_text(found)});
+    remarks.push_back({found.name.part, "added by youbot-gap: " + robot_evidence(found)});
+    if (found.equivalent.empty()) continue;
+    std::string rivals;
+    for (const NamedEffect& rival : found.equivalent)
+      rivals += (rivals.empty() ? "" : ", ") + part_words(rival);
+    remarks.push_back({found.name.part, "this data cannot tell it from: " + rivals});
+  }
+  return remarks;
+}
+
+std::vector<std::string> robot_header(const RobotFindings& findings) {
+  std::string gap;
+  for (const auto& of_unit : findings.result.gaps)
+    gap += (gap.empty() ? "" : "; ") +
+           gap_line(of_unit.gap.before, of_unit.gap.after, of_unit.gap.noise_floor, of_unit.unit);
+  return model_header(findings, gap);
+}
+
 std::string robot_gap_json(const RobotFindings& findings) {
   const RobotResult& result = findings.result;
   RobotJson json{{"format", "youbot-gap/1"},
                  {"kind", "robot"},
                  {"verdict", identification::gap::verdict_name(result.verdict)},
                  {"reason", result.reason},
-                 {"noise_floor_Nm", result.noise_floor_Nm},
                  {"held_out", result.held_out},
-                 {"gap",
-                  {{"metric", "rms torque residual over all joints, held-out"},
-                   {"unit", "Nm"},
-                   {"before", result.gap_before_Nm},
-                   {"refitted", result.gap_refitted_Nm},
-                   {"all_parameters", result.gap_dense_Nm},
-                   {"after", result.gap_after_Nm},
-                   {"band_Hz", result.band_Hz},
-                   {"torque_lag_s", result.torque_lag_s},
-                   {"joints", RobotJson::array()},
-                   {"recordings", RobotJson::array()}}},
+                 {"gap", {{"metric", findings.metric}, {"delay_s", result.delay_s}}},
                  {"effects", RobotJson::array()},
                  {"rejected", RobotJson::array()},
                  {"shares", RobotJson::array()},
                  {"notes", result.notes},
-                 {"robot", findings.base.name},
+                 {"robot", findings.name},
                  {"base_model", findings.base_path},
                  {"data", findings.data},
                  {"seed", findings.seed},
                  {"version", runtime::build_version()}};
-  for (const auto& joint : result.joints)
-    json["gap"]["joints"].push_back({{"joint", joint.joint},
-                                     {"judged", joint.judged},
-                                     {"noise_floor_Nm", joint.noise_floor_Nm},
-                                     {"before", joint.before_Nm},
-                                     {"all_parameters", joint.dense_Nm},
-                                     {"after", joint.after_Nm}});
+  // Of the first unit also as for a drive.
+  RobotJson& gap = json["gap"];
+  const auto& first = result.gaps.front();
+  json["noise_floor_" + plain_unit(first.unit)] = first.gap.noise_floor;
+  gap["unit"] = plain_unit(first.unit);
+  gap.update(json_of_gap(first.gap));
+  gap["units"] = RobotJson::array();
+  for (const auto& of_unit : result.gaps) {
+    RobotJson one{{"unit", plain_unit(of_unit.unit)}};
+    one.update(json_of_gap(of_unit.gap));
+    gap["units"].push_back(std::move(one));
+  }
+  const std::string channels = findings.channel_word + "s";
+  gap[channels] = RobotJson::array();
+  for (const auto& channel : result.channels) {
+    RobotJson one{{findings.channel_word, channel.channel.name},
+                  {"unit", plain_unit(channel.channel.unit)},
+                  {"judged", channel.judged}};
+    one.update(json_of_gap(channel.gap));
+    gap[channels].push_back(std::move(one));
+  }
+  gap["recordings"] = RobotJson::array();
   for (const auto& motion : result.motions)
-    json["gap"]["recordings"].push_back({{"recording", motion.recording},
-                                         {"held_out", motion.held_out},
-                                         {"before", motion.before_Nm},
-                                         {"after", motion.after_Nm}});
-  for (const FoundPart& found : result.effects) json["effects"].push_back(json_of_found(found));
+    gap["recordings"].push_back({{"recording", motion.recording},
+                                 {"held_out", motion.held_out},
+                                 {"unit", "noise floors"},
+                                 {"before", motion.before},
+                                 {"after", motion.after}});
+  for (const FoundPart& found : result.effects) json["effects"].push_back(json_of_found(found, result));
   for (const auto& rejected : result.rejected) {
     RobotJson one = json_of_name(rejected.name);
     one["reason"] = rejected.reason;
     json["rejected"].push_back(std::move(one));
   }
   for (const auto& share : result.shares)
-    json["shares"].push_back({{"coordinate", share.coordinate},
-                              {"joint", share.joint},
-                              {"recording", share.recording},
-                              {"from", share.from},
-                              {"to", share.to},
-                              {"before", share.before},
-                              {"after", share.after},
-                              {"rows", share.rows}});
+    json["shares"].push_back(
+        {{"coordinate", share.coordinate == "channel" ? findings.channel_word : share.coordinate},
+         {findings.channel_word, share.channel},
+         {"recording", share.recording},
+         {"unit", plain_unit(share.unit)},
+         {"from", share.from},
+         {"to", share.to},
+         {"before", share.before},
+         {"after", share.after},
+         {"rows", share.rows}});
   return json.dump(2, ' ', false, RobotJson::error_handler_t::replace) + "\n";
-}
-
-std::string robot_model_text(const RobotFindings& findings, const std::filesystem::path& out) {
-  const RobotResult& result = findings.result;
-  runtime::RobotFile robot = findings.base;
-  robot.arm = result.arm;
-  std::error_code error;
-  std::filesystem::path urdf = std::filesystem::proximate(findings.base.urdf, out, error);
-  if (error) urdf = std::filesystem::absolute(findings.base.urdf);
-  return runtime::robot_file_text(robot, urdf, findings.base.arm, model_header(findings),
-                                  robot_remarks(result));
 }
 
 std::string robot_summary_text(const RobotFindings& findings) {
   const RobotResult& result = findings.result;
-  std::string text = fmt::format(
-      "{}: {}: {}\ngap {:.3g} -> {:.3g} N·m on held-out data, noise floor {:.3g} N·m ({:.3g} N·m with the "
-      "given "
-      "friction refitted, {:.3g} N·m with every parameter fitted at once)\nheld out: {}\n",
-      findings.base.name.empty() ? "the robot" : findings.base.name,
-      identification::gap::verdict_name(result.verdict), result.reason, result.gap_before_Nm,
-      result.gap_after_Nm, result.noise_floor_Nm, result.gap_refitted_Nm, result.gap_dense_Nm,
-      runtime::list_text(result.held_out));
-  const double total = [&] {
-    double sum = 0;
-    for (const auto& share : result.shares)
-      if (share.coordinate == "joint") sum += share.before;
-    return sum;
-  }();
-  for (const auto& joint : result.joints) {
+  std::string text = fmt::format("{}: {}: {}\n", findings.name.empty() ? "the robot" : findings.name,
+                                 identification::gap::verdict_name(result.verdict), result.reason);
+  for (const auto& of_unit : result.gaps)
+    text += fmt::format(
+        "gap {:.3g} -> {:.3g} {unit} on held-out data, noise floor {:.3g} {unit} ({:.3g} {unit} with every "
+        "parameter fitted at once)\n",
+        of_unit.gap.before, of_unit.gap.after, of_unit.gap.noise_floor, of_unit.gap.dense,
+        fmt::arg("unit", of_unit.unit));
+  text += "held out: " + runtime::list_text(result.held_out) + "\n";
+  for (const auto& channel : result.channels) {
     double share = 0;
     for (const auto& one : result.shares)
-      if (one.coordinate == "joint" && one.joint == joint.joint) share = total > 0 ? one.before / total : 0;
-    text +=
-        fmt::format("  {}: {:.3g} -> {:.3g} N·m, floor {:.3g} N·m, {:.0f} % of the squared disagreement\n",
-                    joint.joint, joint.before_Nm, joint.after_Nm, joint.noise_floor_Nm, 100 * share);
+      if (one.coordinate == "channel" && one.channel == channel.channel.name) share = one.before;
+    text += fmt::format(
+        "  {}: {:.3g} -> {:.3g} {unit}, floor {:.3g} {unit}, {:.0f} % of the squared disagreement\n",
+        channel.channel.name, channel.gap.before, channel.gap.after, channel.gap.noise_floor, 100 * share,
+        fmt::arg("unit", channel.channel.unit));
   }
   for (const FoundPart& found : result.effects) {
     text += fmt::format("  + {}: {}; {}\n", part_with_rivals(found), robot_parameters_text(found),

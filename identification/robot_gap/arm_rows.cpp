@@ -17,7 +17,7 @@ namespace {
 
 using control::ArmDescription;
 using control::ArmDrive;
-using Kind = Term::Kind;
+using Kind = ArmTerm::Kind;
 
 /// Below this share of its top speed a joint is at rest.
 constexpr double kRestShare = 0.02;
@@ -117,7 +117,7 @@ Samples samples_of(const ArmDescription& arm, const ArmMotion& motion) {
 bool is_rigid(Kind kind) { return kind <= Kind::kLinkInertia; }
 
 /// Change of the link's inertial parameters per unit of a term.
-InertialVector inertial_change(const ArmDescription& arm, const Term& term) {
+InertialVector inertial_change(const ArmDescription& arm, const ArmTerm& term) {
   const control::LinkInertia& body = arm.arm.links[static_cast<std::size_t>(term.part)].inertia;
   const Eigen::Vector3d tip = arm.arm.X_LT.translation();
   const Eigen::Vector3d from_tip = arm.arm.X_LT.linear() * arm.p_TP_m;
@@ -140,7 +140,7 @@ InertialVector inertial_change(const ArmDescription& arm, const Term& term) {
 }
 
 /// Derivative of one joint's torque by a term of its drive, in the samples.
-double drive_column(const ArmDescription& arm, const ArmMotion& motion, const Samples& s, const Term& term,
+double drive_column(const ArmDescription& arm, const ArmMotion& motion, const Samples& s, const ArmTerm& term,
                     Eigen::Index i) {
   const Eigen::Index j = term.part;
   const double q = s.q(j, i);
@@ -171,7 +171,7 @@ std::vector<std::vector<std::vector<Eigen::Index>>> places_of(std::span<const Ar
                         std::vector<Eigen::Index>(motion.rows(), -1));
   for (std::size_t row = 0; row < plan.rows.size(); ++row) {
     const RowPlan::Row& one = plan.rows[row];
-    places[one.motion][static_cast<std::size_t>(one.joint)][one.at] = static_cast<Eigen::Index>(row);
+    places[one.motion][static_cast<std::size_t>(one.channel)][one.at] = static_cast<Eigen::Index>(row);
   }
   return places;
 }
@@ -199,7 +199,7 @@ class Columns {
       : arm_(arm), motion_(motion), samples_(samples), place_(place), result_(result) {}
 
   /// All terms of a link.
-  void rigid(Eigen::Index link, std::span<const std::size_t> columns, std::span<const Term> terms) {
+  void rigid(Eigen::Index link, std::span<const std::size_t> columns, std::span<const ArmTerm> terms) {
     InertialChanges changes(10, static_cast<Eigen::Index>(columns.size()));
     for (std::size_t k = 0; k < columns.size(); ++k)
       changes.col(static_cast<Eigen::Index>(k)) = inertial_change(arm_, terms[columns[k]]);
@@ -223,7 +223,7 @@ class Columns {
   }
 
   /// Of a term that changes the motion or gravity: the difference that a step of it makes.
-  void by_difference(std::size_t column, const Term& term) {
+  void by_difference(std::size_t column, const ArmTerm& term) {
     ArmDescription less = arm_;
     ArmDescription more = arm_;
     change(less, term, -kZeroStep_rad);
@@ -233,7 +233,7 @@ class Columns {
     for (Eigen::Index j = 0; j < slope.rows(); ++j) write(j, column, row_of(slope, j));
   }
 
-  void of_drive(std::size_t column, const Term& term) {
+  void of_drive(std::size_t column, const ArmTerm& term) {
     const Eigen::Index j = term.part;
     std::vector<double> signal(static_cast<std::size_t>(samples_.q.cols()));
     for (std::size_t i = 0; i < signal.size(); ++i) {
@@ -274,7 +274,7 @@ struct Pass {
   Eigen::Index link = 0;
   std::vector<std::size_t> columns;
 };
-std::vector<Pass> passes_of(std::span<const Term> terms) {
+std::vector<Pass> passes_of(std::span<const ArmTerm> terms) {
   std::vector<Pass> passes;
   std::map<int, std::size_t> of_link;
   for (std::size_t k = 0; k < terms.size(); ++k) {
@@ -360,14 +360,13 @@ RowPlan plan_rows(std::span<const ArmMotion> motions, std::span<const double> re
           }
       if (plan.rows.size() == before) continue;
       plan.block_motion.push_back(m);
-      plan.block_start_s.push_back(motion.start_s + static_cast<double>(from) * motion.row_s());
     }
   }
   return plan;
 }
 
 ComparedRows compare(const ArmDescription& arm, std::span<const ArmMotion> motions, const RowPlan& plan,
-                     std::span<const Term> terms) {
+                     std::span<const ArmTerm> terms) {
   const auto rows = static_cast<Eigen::Index>(plan.rows.size());
   ComparedRows result{Eigen::VectorXd::Zero(rows), Eigen::VectorXd::Zero(rows),
                       Eigen::MatrixXd::Zero(rows, static_cast<Eigen::Index>(terms.size()))};
@@ -378,8 +377,8 @@ ComparedRows compare(const ArmDescription& arm, std::span<const ArmMotion> motio
     const Samples samples = samples_of(arm, motion);
     for (Eigen::Index j = 0; j < samples.q.rows(); ++j) {
       const auto& place = places[m][static_cast<std::size_t>(j)];
-      into_rows(motion, place, row_of(motion.torque_Nm, j), result.measured_Nm);
-      into_rows(motion, place, row_of(samples.reported_Nm, j), result.predicted_Nm);
+      into_rows(motion, place, row_of(motion.torque_Nm, j), result.measured);
+      into_rows(motion, place, row_of(samples.reported_Nm, j), result.predicted);
     }
     gap::in_parallel(passes.size(), [&](std::size_t p) {
       Columns columns(arm, motion, samples, places[m], result.columns);
@@ -389,7 +388,7 @@ ComparedRows compare(const ArmDescription& arm, std::span<const ArmMotion> motio
         return;
       }
       const std::size_t column = pass.columns.front();
-      const Term& term = terms[column];
+      const ArmTerm& term = terms[column];
       if (term.kind == Kind::kLag)
         columns.lag(column);
       else if (term.kind == Kind::kTilt || term.kind == Kind::kEncoderZero)

@@ -10,13 +10,17 @@ namespace {
 
 using control::ArmDescription;
 using control::ArmDrive;
-using Kind = Term::Kind;
+using Kind = ArmTerm::Kind;
 
 /// A link may lose this share of its mass.
 constexpr double kLossOfMass = 0.95;
 constexpr double kLeastTorqueScale = 0.2;
 /// Stribeck speeds to try, as shares of the joint's top speed.
 constexpr std::array kStribeckShares{0.03, 0.1, 0.3};
+
+/// Effects that refine the friction of a given model.
+constexpr std::array<std::string_view, 5> kFriction{"coulomb", "viscous", "load_friction", "stribeck",
+                                                    "quadratic_drag"};
 
 constexpr std::array kAxisNames{"x", "y", "z"};
 constexpr std::array kTensorNames{"xx", "xy", "xz", "yy", "yz", "zz"};
@@ -25,7 +29,7 @@ constexpr std::array<std::array<int, 2>, 6> kTensorPlaces{{{0, 0}, {0, 1}, {0, 2
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
 /// The drive's parameter; null for those of links and payload.
-double* of_drive(ArmDrive& drive, const Term& term) {
+double* of_drive(ArmDrive& drive, const ArmTerm& term) {
   switch (term.kind) {
     case Kind::kEncoderZero: return &drive.encoder_zero_rad;
     case Kind::kTorqueScale: return &drive.torque_scale;
@@ -64,25 +68,93 @@ bool never_negative(Kind kind) {
   }
 }
 
+/// "mass_kg"; in files and reports.
+std::string term_name(const ArmTerm& term, const ArmDescription& arm) {
+  switch (term.kind) {
+    case Kind::kPayloadMass:
+    case Kind::kLinkMass:
+    case Kind::kLinkDensity: return "mass_kg";
+    case Kind::kPayloadMoment: return std::string("moment_") + kAxisNames[at(term.index)] + "_kg_m";
+    case Kind::kLinkCentre: return std::string("centre_") + kAxisNames[at(term.index)] + "_m";
+    case Kind::kLinkInertia: return std::string("inertia_") + kTensorNames[at(term.index)] + "_kg_m2";
+    case Kind::kTilt: {
+      const TiltAxes axes = tilt_axes(arm.gravity_B_m_per_s2);
+      int nearest = 0;
+      (term.index == 0 ? axes.first : axes.second).cwiseAbs().maxCoeff(&nearest);
+      return std::string("tilt_about_") + "xyz"[nearest] + "_rad";
+    }
+    case Kind::kEncoderZero: return "encoder_zero_rad";
+    case Kind::kTorqueScale: return "torque_scale";
+    case Kind::kRotorInertia: return "rotor_inertia_kg_m2";
+    case Kind::kCoulomb: return "coulomb_Nm";
+    case Kind::kViscous: return "viscous_Nm_s_per_rad";
+    case Kind::kQuadraticDrag: return "quadratic_drag_Nm_s2_per_rad2";
+    case Kind::kOffset: return "offset_Nm";
+    case Kind::kLoadFriction: return "load_friction";
+    case Kind::kStribeck: return "stribeck_Nm";
+    case Kind::kSpring: return "spring_Nm_per_rad";
+    case Kind::kCable: return term.index == 2 ? "cable_2_Nm_per_rad2" : "cable_3_Nm_per_rad3";
+    case Kind::kRippleSine: return "sine_Nm";
+    case Kind::kRippleCosine: return "cosine_Nm";
+    case Kind::kNeighbour: return term.index < 0 ? "friction_of_previous_Nm" : "friction_of_next_Nm";
+    case Kind::kLag: return "torque_lag_s";
+  }
+  return {};
+}
+
+/// Allowed changes of the value.
+gap::Bounds change_bounds(const ArmTerm& term, const ArmDescription& arm) {
+  const double value = value_of(term, arm);
+  if (never_negative(term.kind)) return {.lower = -value};
+  if (term.kind == Kind::kLinkMass || term.kind == Kind::kLinkDensity) return {.lower = -kLossOfMass * value};
+  if (term.kind == Kind::kTorqueScale) return {.lower = std::min(0.0, kLeastTorqueScale - value)};
+  if (term.kind == Kind::kStribeck) return {.lower = -value};
+  return {};
+}
+
+/// Whether torques are a sum over such terms.
+bool is_linear(Kind kind) {
+  return kind != Kind::kPayloadMoment && kind != Kind::kLinkCentre && kind != Kind::kTilt &&
+         kind != Kind::kEncoderZero && kind != Kind::kTorqueScale && kind != Kind::kLoadFriction;
+}
+
 /// Collects terms, each once.
 class Collector {
  public:
-  std::size_t term(const Term& term) {
-    const auto found = std::ranges::find(catalogue.terms, term);
-    if (found != catalogue.terms.end()) return static_cast<std::size_t>(found - catalogue.terms.begin());
-    catalogue.terms.push_back(term);
-    return catalogue.terms.size() - 1;
+  explicit Collector(const ArmDescription& arm) : arm_(arm) {}
+
+  void add(std::string_view effect, int part, const std::vector<ArmTerm>& terms) {
+    Candidate candidate{std::string(effect), part, part_name(effect, part), {}, false};
+    for (const ArmTerm& one : terms) candidate.terms.push_back(place_of(one));
+    candidate.is_refit =
+        std::ranges::find(kFriction, effect) != kFriction.end() && value_of(terms.front(), arm_) != 0;
+    all_.catalogue.candidates.push_back(std::move(candidate));
   }
-  void add(std::string_view effect, int part, const std::vector<Term>& terms) {
-    Candidate candidate{effect, part, {}};
-    for (const Term& one : terms) candidate.terms.push_back(term(one));
-    catalogue.candidates.push_back(std::move(candidate));
+  ArmCatalogue collected() { return std::move(all_); }
+
+ private:
+  std::size_t place_of(const ArmTerm& term) {
+    const auto found = std::ranges::find(all_.terms, term);
+    if (found != all_.terms.end()) return static_cast<std::size_t>(found - all_.terms.begin());
+    all_.terms.push_back(term);
+    all_.catalogue.terms.push_back(
+        {term_name(term, arm_), value_of(term, arm_), change_bounds(term, arm_), is_linear(term.kind)});
+    return all_.terms.size() - 1;
   }
-  Catalogue catalogue;
+
+  std::string part_name(std::string_view effect, int part) const {
+    if (effect == "payload") return "tip";
+    if (part < 0) return "base";
+    const control::ArmLink& link = arm_.arm.links[at(part)];
+    return effect.starts_with("link_") ? link.link : link.joint;
+  }
+
+  const ArmDescription& arm_;
+  ArmCatalogue all_;
 };
 
-std::vector<Term> indexed(Kind kind, int part, int count) {
-  std::vector<Term> terms;
+std::vector<ArmTerm> indexed(Kind kind, int part, int count) {
+  std::vector<ArmTerm> terms;
   for (int i = 0; i < count; ++i) terms.push_back({kind, part, i});
   return terms;
 }
@@ -99,7 +171,7 @@ void add_links(Collector& all, const ArmDescription& arm) {
     all.add("link_inertia", link, indexed(Kind::kLinkInertia, link, 6));
   }
   all.add("gravity_direction", -1, indexed(Kind::kTilt, 0, 2));
-  std::vector<Term> payload = indexed(Kind::kPayloadMoment, last, 3);
+  std::vector<ArmTerm> payload = indexed(Kind::kPayloadMoment, last, 3);
   payload.insert(payload.begin(), {Kind::kPayloadMass, last});
   all.add("payload", -1, payload);
 }
@@ -133,35 +205,7 @@ void add_drive(Collector& all, const ArmDescription& arm, int joint, double top_
 
 }  // namespace
 
-std::string term_name(const Term& term) {
-  switch (term.kind) {
-    case Kind::kPayloadMass:
-    case Kind::kLinkMass:
-    case Kind::kLinkDensity: return "mass_kg";
-    case Kind::kPayloadMoment: return std::string("moment_") + kAxisNames[at(term.index)] + "_kg_m";
-    case Kind::kLinkCentre: return std::string("centre_") + kAxisNames[at(term.index)] + "_m";
-    case Kind::kLinkInertia: return std::string("inertia_") + kTensorNames[at(term.index)] + "_kg_m2";
-    case Kind::kTilt: return term.index == 0 ? "tilt_first_rad" : "tilt_second_rad";
-    case Kind::kEncoderZero: return "encoder_zero_rad";
-    case Kind::kTorqueScale: return "torque_scale";
-    case Kind::kRotorInertia: return "rotor_inertia_kg_m2";
-    case Kind::kCoulomb: return "coulomb_Nm";
-    case Kind::kViscous: return "viscous_Nm_s_per_rad";
-    case Kind::kQuadraticDrag: return "quadratic_drag_Nm_s2_per_rad2";
-    case Kind::kOffset: return "offset_Nm";
-    case Kind::kLoadFriction: return "load_friction";
-    case Kind::kStribeck: return "stribeck_Nm";
-    case Kind::kSpring: return "spring_Nm_per_rad";
-    case Kind::kCable: return term.index == 2 ? "cable_2_Nm_per_rad2" : "cable_3_Nm_per_rad3";
-    case Kind::kRippleSine: return "sine_Nm";
-    case Kind::kRippleCosine: return "cosine_Nm";
-    case Kind::kNeighbour: return term.index < 0 ? "friction_of_previous_Nm" : "friction_of_next_Nm";
-    case Kind::kLag: return "torque_lag_s";
-  }
-  return {};
-}
-
-double value_of(const Term& term, const ArmDescription& arm) {
+double value_of(const ArmTerm& term, const ArmDescription& arm) {
   ArmDrive drive = arm.drives[at(term.part)];
   const control::LinkInertia& body = arm.arm.links[at(term.part)].inertia;
   switch (term.kind) {
@@ -187,15 +231,6 @@ double value_of(const Term& term, const ArmDescription& arm) {
   }
 }
 
-gap::Bounds change_bounds(const Term& term, const ArmDescription& arm) {
-  const double value = value_of(term, arm);
-  if (never_negative(term.kind)) return {.lower = -value};
-  if (term.kind == Kind::kLinkMass || term.kind == Kind::kLinkDensity) return {.lower = -kLossOfMass * value};
-  if (term.kind == Kind::kTorqueScale) return {.lower = std::min(0.0, kLeastTorqueScale - value)};
-  if (term.kind == Kind::kStribeck) return {.lower = -value};
-  return {};
-}
-
 TiltAxes tilt_axes(const Eigen::Vector3d& gravity_B) {
   // The axes of B but the one nearest to gravity, made perpendicular to it.
   const Eigen::Vector3d down = gravity_B.normalized();
@@ -209,7 +244,7 @@ TiltAxes tilt_axes(const Eigen::Vector3d& gravity_B) {
   return {first, second};
 }
 
-void change(ArmDescription& arm, const Term& term, double by) {
+void change(ArmDescription& arm, const ArmTerm& term, double by) {
   ArmDrive& drive = arm.drives[at(term.part)];
   control::LinkInertia& body = arm.arm.links[at(term.part)].inertia;
   switch (term.kind) {
@@ -253,9 +288,9 @@ void change(ArmDescription& arm, const Term& term, double by) {
   if (double* const value = of_drive(drive, term)) *value += by;
 }
 
-Catalogue catalogue_of(const ArmDescription& arm, std::span<const double> top_speed_rad_per_s,
-                       std::span<const double> ripples_per_rev) {
-  Collector all;
+ArmCatalogue arm_catalogue(const ArmDescription& arm, std::span<const double> top_speed_rad_per_s,
+                           std::span<const double> ripples_per_rev) {
+  Collector all(arm);
   add_links(all, arm);
   for (int joint = 0; joint < static_cast<int>(arm.drives.size()); ++joint) {
     std::vector<double> ripples(ripples_per_rev.begin(), ripples_per_rev.end());
@@ -266,45 +301,7 @@ Catalogue catalogue_of(const ArmDescription& arm, std::span<const double> top_sp
     }
     add_drive(all, arm, joint, top_speed_rad_per_s[at(joint)], ripples);
   }
-  return std::move(all.catalogue);
-}
-
-double reported_value(const Term& term, const ArmDescription& given, const ArmDescription& arm) {
-  if (term.kind != Kind::kTilt) return value_of(term, arm);
-  const TiltAxes axes = tilt_axes(given.gravity_B_m_per_s2);
-  const Eigen::Vector3d down = given.gravity_B_m_per_s2.normalized();
-  const Eigen::Vector3d along = (term.index == 0 ? axes.first : axes.second).cross(down);
-  return std::asin(std::clamp(along.dot(arm.gravity_B_m_per_s2.normalized()), -1.0, 1.0));
-}
-
-std::string reported_name(const Term& term, const ArmDescription& given) {
-  if (term.kind != Kind::kTilt) return term_name(term);
-  const TiltAxes axes = tilt_axes(given.gravity_B_m_per_s2);
-  int nearest = 0;
-  (term.index == 0 ? axes.first : axes.second).cwiseAbs().maxCoeff(&nearest);
-  return std::string("tilt_about_") + "xyz"[nearest] + "_rad";
-}
-
-Catalogue only(const Catalogue& catalogue, std::span<const std::size_t> chosen) {
-  Catalogue own;
-  for (const std::size_t candidate : chosen) {
-    Candidate copy = catalogue.candidates[candidate];
-    for (std::size_t& term : copy.terms) {
-      const Term& wanted = catalogue.terms[term];
-      const auto found = std::ranges::find(own.terms, wanted);
-      term = static_cast<std::size_t>(found - own.terms.begin());
-      if (found == own.terms.end()) own.terms.push_back(wanted);
-    }
-    own.candidates.push_back(std::move(copy));
-  }
-  return own;
-}
-
-std::string part_name(const Candidate& candidate, const ArmDescription& arm) {
-  if (candidate.effect == "payload") return "tip";
-  if (candidate.part < 0) return "base";
-  const control::ArmLink& link = arm.arm.links[at(candidate.part)];
-  return candidate.effect.starts_with("link_") ? link.link : link.joint;
+  return all.collected();
 }
 
 }  // namespace identification::robot_gap

@@ -9,12 +9,12 @@
 #include <vector>
 
 #include "control/arm_description.h"
-#include "identification/gap/regression.h"
+#include "identification/robot_gap/subject.h"
 
 namespace identification::robot_gap {
 
 /// One parameter: torques change with it nearly in proportion.
-struct Term {
+struct ArmTerm {
   enum class Kind : std::uint8_t {
     kPayloadMass,    ///< [kg], at constant first moment
     kPayloadMoment,  ///< mass times distance from the tip [kg·m], along x, y or z of T
@@ -43,17 +43,13 @@ struct Term {
   int part = 0;  ///< joint and the link that it moves, from 0
   int index = 0;
   double setting = 0;
-  bool operator==(const Term&) const = default;
+  bool operator==(const ArmTerm&) const = default;
 };
 
-/// "mass_kg"; in files and reports.
-std::string term_name(const Term& term);
 /// What the description holds. A lag has none.
-double value_of(const Term& term, const control::ArmDescription& arm);
-/// Allowed changes of the value.
-gap::Bounds change_bounds(const Term& term, const control::ArmDescription& arm);
+double value_of(const ArmTerm& term, const control::ArmDescription& arm);
 /// Adds to the value.
-void change(control::ArmDescription& arm, const Term& term, double by);
+void change(control::ArmDescription& arm, const ArmTerm& term, double by);
 /// Two unit axes of B about which gravity can tilt.
 struct TiltAxes {
   Eigen::Vector3d first;
@@ -61,34 +57,14 @@ struct TiltAxes {
 };
 TiltAxes tilt_axes(const Eigen::Vector3d& gravity_B);
 
-/// An effect of a part. Variants are alternatives of which the better one counts.
-struct Candidate {
-  std::string_view effect;         ///< "coulomb", as in gap.json
-  int part = -1;                   ///< joint or link, from 0; −1: the whole arm
-  std::vector<std::size_t> terms;  ///< among the catalogue's
-  bool same_effect(const Candidate& other) const { return effect == other.effect && part == other.part; }
-};
-
-struct Catalogue {
-  std::vector<Term> terms;
-  std::vector<Candidate> candidates;  ///< simple ones first
+struct ArmCatalogue {
+  std::vector<ArmTerm> terms;
+  Catalogue catalogue;  ///< the same terms, as the search sees them
 };
 
 /// Of every part of this arm. `top_speed_rad_per_s`: of each joint, for the Stribeck speeds to try.
 /// `ripples_per_rev`: ripples to try in a turn of each joint, beside those of its motor.
-Catalogue catalogue_of(const control::ArmDescription& arm, std::span<const double> top_speed_rad_per_s,
-                       std::span<const double> ripples_per_rev);
-
-/// A term's value: as in the description, and of a tilt the angle from the given gravity.
-double reported_value(const Term& term, const control::ArmDescription& given,
-                      const control::ArmDescription& arm);
-/// term_name(), with the axis of a tilt.
-std::string reported_name(const Term& term, const control::ArmDescription& given);
-
-/// The chosen candidates alone, with their terms only.
-Catalogue only(const Catalogue& catalogue, std::span<const std::size_t> chosen);
-
-/// Name of joint or link; "tip", "base".
-std::string part_name(const Candidate& candidate, const control::ArmDescription& arm);
+ArmCatalogue arm_catalogue(const control::ArmDescription& arm, std::span<const double> top_speed_rad_per_s,
+                           std::span<const double> ripples_per_rev);
 
 }  // namespace identification::robot_gap

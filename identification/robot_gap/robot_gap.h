@@ -1,5 +1,5 @@
 /// @file
-/// Finds where the model of an arm and recordings of it disagree, which part is wrong and by which effect.
+/// Finds where the model of a robot and recordings of it disagree, which part is wrong and by which effect.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -8,10 +8,9 @@
 #include <string_view>
 #include <vector>
 
-#include "control/arm_description.h"
 #include "identification/fit/statistics.h"
 #include "identification/gap/gap.h"
-#include "identification/robot_gap/arm_motion.h"
+#include "identification/robot_gap/subject.h"
 
 namespace identification::robot_gap {
 
@@ -19,9 +18,10 @@ using gap::Verdict;
 
 /// Part of the disagreement in a range of one quantity.
 struct Share {
-  std::string coordinate;  ///< "joint", "speed", "direction", "pose", "load" or "time"
-  std::string joint;       ///< of which joint; empty: all
-  std::string recording;   ///< of time
+  std::string coordinate{};  ///< "channel", "time" or one of the subject's
+  std::string unit{};        ///< of the range
+  std::string channel{};     ///< of which; empty: all
+  std::string recording{};   ///< of time
   double from = 0;
   double to = 0;
   double before = 0;  ///< share of the squared held-out residual of the given model
@@ -32,7 +32,7 @@ struct Share {
 /// An effect with the part that it belongs to.
 struct NamedEffect {
   std::string effect;  ///< "coulomb"
-  std::string part;    ///< name of joint or link, "tip" or "base"
+  std::string part;    ///< name of joint, link, wheel or floor; "tip", "base", "steering" or "tracking"
 };
 
 struct FoundPart {
@@ -41,8 +41,8 @@ struct FoundPart {
   int blocks_improved = 0;
   int blocks = 0;
   double p_value = 1;
-  double gap_before_Nm = 0;  ///< held-out rms residual of the new model, refitted without it
-  double gap_after_Nm = 0;
+  std::vector<double> gap_before{};  ///< by unit: held-out rms residual of the new model, refitted without it
+  std::vector<double> gap_after{};
   std::vector<NamedEffect> equivalent{};
   std::vector<int> wins{};  ///< of gap::kNoiseDraws: its own, then those of each rival
   std::vector<fit::Estimate> parameters{};
@@ -55,62 +55,63 @@ struct RejectedPart {
   std::string reason;
 };
 
-/// Of one joint, and of each recording.
-struct JointGap {
-  std::string joint;
-  double noise_floor_Nm = 0;
-  double before_Nm = 0;
-  double after_Nm = 0;
-  double dense_Nm = 0;  ///< with every parameter of the catalogue fitted at once
-  bool judged = true;   ///< it moves
+/// Rms residuals on held-out recordings, in one unit.
+struct Gap {
+  double noise_floor = 0;  ///< what the sensors' noise leaves
+  double before = 0;
+  double refitted = 0;  ///< with the friction of the given model refitted
+  double dense = 0;     ///< with every parameter of the catalogue fitted at once
+  double after = 0;
 };
+struct UnitGap {
+  std::string unit;  ///< over all channels of this unit
+  Gap gap{};
+};
+struct ChannelGap {
+  Channel channel;
+  Gap gap{};
+  bool judged = true;  ///< it moves
+};
+/// Of each recording, in noise floors.
 struct MotionGap {
   std::string recording;
   bool held_out = false;
-  double before_Nm = 0;
-  double after_Nm = 0;
+  double before = 0;
+  double after = 0;
 };
 
 struct RobotTrace {
   std::string recording;
-  std::string joint;
+  std::string channel;
+  std::string unit;
   std::vector<double> time_s;
-  std::vector<double> measured_Nm;
-  std::vector<double> before_Nm;
-  std::vector<double> after_Nm;
+  std::vector<double> measured;
+  std::vector<double> before;
+  std::vector<double> after;
 };
 
 struct RobotResult {
   Verdict verdict = Verdict::kNoGap;
-  std::string reason;           ///< for the verdict, a sentence
-  control::ArmDescription arm;  ///< with the accepted corrections
-  double noise_floor_Nm = 0;    ///< rms over all rows
-  double band_Hz = 0;
-  double torque_lag_s = 0;     ///< of the recording; no part of the model
-  double gap_before_Nm = 0;    ///< held-out rms residual
-  double gap_refitted_Nm = 0;  ///< with the friction of the given model refitted
-  double gap_dense_Nm = 0;     ///< with every parameter fitted at once
-  double gap_after_Nm = 0;
-  std::vector<std::string> held_out;
-  std::vector<JointGap> joints;
-  std::vector<MotionGap> motions;
-  std::vector<FoundPart> effects;
-  std::vector<RejectedPart> rejected;
-  std::vector<Share> shares;
-  std::vector<RobotTrace> traces;
-  std::vector<std::string> notes;
+  std::string reason{};       ///< for the verdict, a sentence
+  Eigen::VectorXd changes{};  ///< of every term of the catalogue: the accepted corrections
+  double delay_s = 0;         ///< of the recording; no part of the model
+  std::vector<UnitGap> gaps{};
+  std::vector<ChannelGap> channels{};
+  std::vector<MotionGap> motions{};
+  std::vector<std::string> held_out{};
+  std::vector<FoundPart> effects{};
+  std::vector<RejectedPart> rejected{};
+  std::vector<Share> shares{};
+  std::vector<RobotTrace> traces{};
+  std::vector<std::string> notes{};
 };
 
 struct RobotOptions {
-  double band_Hz = 10;
-  std::vector<double> ripples_per_rev{};  ///< to try in a turn of each joint
   std::uint64_t seed = 1;
   std::function<void(std::string_view what, double done)> progress{};
 };
 
-/// Deterministic for a seed. Without `held_out` the last quarter of each recording is set aside.
-/// @throws std::invalid_argument naming recording or joint if the data cannot answer the question.
-RobotResult analyse(const control::ArmDescription& arm, std::vector<ArmRecording> data,
-                    std::vector<ArmRecording> held_out, const RobotOptions& options);
+/// Deterministic for a seed.
+RobotResult analyse(const Subject& subject, const RobotOptions& options);
 
 }  // namespace identification::robot_gap

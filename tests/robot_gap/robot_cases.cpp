@@ -131,9 +131,11 @@ Answer answer(const RobotCase& asked) {
   held_out.push_back(
       as_recorded(arm.record({.seconds = 25, .tempo = 1.2, .seed = 10 * asked.seed + 3}, "quick")));
   const auto begin = std::chrono::steady_clock::now();
-  Answer result{.asked = asked, .result = {}};
-  result.result = identification::robot_gap::analyse(published(design, arm.friction()), std::move(data),
-                                                     std::move(held_out), {.seed = asked.seed});
+  Answer result{.asked = asked, .result = {}, .arm = {}};
+  const identification::robot_gap::ArmSubject subject(published(design, arm.friction()), std::move(data),
+                                                      std::move(held_out), {});
+  result.result = identification::robot_gap::analyse(subject, {.seed = asked.seed});
+  result.arm = subject.changed(result.result.changes);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 
   std::vector<NamedEffect> truth;

@@ -28,20 +28,21 @@ std::string named_text(const identification::robot_gap::RobotResult& result) {
 
 void print(const Answer& answer, bool verbose) {
   const auto& r = answer.result;
+  const auto& gap = r.gaps.front().gap;
   std::printf("%2llu %-44s %-16s %s; %.4g -> %.4g floor %.4g, dense %.4g, %.1f s%s\n",
               static_cast<unsigned long long>(answer.asked.seed), answer.asked.name().c_str(),
               std::string(identification::gap::verdict_name(r.verdict)).c_str(), named_text(r).c_str(),
-              r.gap_before_Nm, r.gap_after_Nm, r.noise_floor_Nm, r.gap_dense_Nm, answer.seconds,
+              gap.before, gap.after, gap.noise_floor, gap.dense, answer.seconds,
               answer.right          ? ""
               : answer.among_rivals ? "  AMONG RIVALS"
               : answer.wrong_name   ? "  WRONG"
                                     : "  NOT NAMED");
   if (verbose) {
-    std::printf("      %s; lag %.4f s\n", r.reason.c_str(), r.torque_lag_s);
+    std::printf("      %s; lag %.4f s\n", r.reason.c_str(), r.delay_s);
     for (const auto& found : r.effects) {
       std::printf("      + %s: gain %.3f, %d/%d blocks, p %.3g, without %.4g;", words(found.name).c_str(),
                   found.held_out_gain, found.blocks_improved, found.blocks, found.p_value,
-                  found.gap_before_Nm);
+                  found.gap_before.front());
       for (const auto& one : found.parameters)
         std::printf(" %s %.4g (%.4g to %.4g)", one.name.c_str(), one.value, one.lower, one.upper);
       std::printf("\n");
@@ -50,9 +51,9 @@ void print(const Answer& answer, bool verbose) {
     }
     for (const auto& one : r.rejected)
       std::printf("      - %s: %s\n", words(one.name).c_str(), one.reason.c_str());
-    for (const auto& joint : r.joints)
-      std::printf("      %s: %.4g -> %.4g, floor %.4g, dense %.4g\n", joint.joint.c_str(), joint.before_Nm,
-                  joint.after_Nm, joint.noise_floor_Nm, joint.dense_Nm);
+    for (const auto& [channel, own, judged] : r.channels)
+      std::printf("      %s: %.4g -> %.4g, floor %.4g, dense %.4g\n", channel.name.c_str(), own.before,
+                  own.after, own.noise_floor, own.dense);
   }
   std::fflush(stdout);
 }

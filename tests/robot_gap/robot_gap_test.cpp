@@ -40,7 +40,8 @@ class RobotGapNames : public testing::TestWithParam<const char*> {};
 TEST_P(RobotGapNames, TheHiddenEffectOnItsPart) {
   const Answer answered = answer(case_of(GetParam()));
   EXPECT_TRUE(answered.right) << named(answered);
-  EXPECT_LT(answered.result.gap_after_Nm, 1.25 * answered.result.noise_floor_Nm);
+  const auto& gap = answered.result.gaps.front().gap;
+  EXPECT_LT(gap.after, 1.25 * gap.noise_floor);
 }
 INSTANTIATE_TEST_SUITE_P(Arms, RobotGapNames,
                          testing::Values("planar: payload", "planar: link_mass 2", "planar: coulomb 2",
@@ -59,7 +60,8 @@ TEST_P(RobotGapAbstains, FromWhatIsNotInTheLibrary) {
   const Answer answered = answer(case_of(GetParam()));
   EXPECT_TRUE(answered.result.effects.empty()) << named(answered);
   EXPECT_EQ(answered.result.verdict, Verdict::kUnexplained);
-  EXPECT_EQ(answered.result.gap_after_Nm, answered.result.gap_before_Nm);
+  const auto& gap = answered.result.gaps.front().gap;
+  EXPECT_EQ(gap.after, gap.before);
 }
 INSTANTIATE_TEST_SUITE_P(Arms, RobotGapAbstains,
                          testing::Values("planar: elasticity 2", "planar: warming_friction 2"));
@@ -69,12 +71,13 @@ TEST(RobotGap, WithoutTheNamedEffectOnArmAndModelTheGapIsClosedToo) {
   const RobotCase asked = case_of("planar: torque_constant 2 + viscous 1");
   const Answer answered = answer(asked);
   ASSERT_TRUE(answered.right) << named(answered);
-  control::ArmDescription edited = answered.result.arm;
+  control::ArmDescription edited = answered.arm;
   edited.drives[1].torque_scale = 1;
   HiddenArm arm(planar_arm(), {asked.hidden[1]});
   std::vector<identification::robot_gap::ArmRecording> recordings;
   recordings.push_back(as_recorded(arm.record({.seconds = 40, .tempo = 1, .seed = 77}, "edited")));
-  const auto judged = identification::robot_gap::analyse(edited, std::move(recordings), {}, {});
+  const identification::robot_gap::ArmSubject subject(edited, std::move(recordings), {}, {});
+  const auto judged = identification::robot_gap::analyse(subject, {});
   EXPECT_EQ(judged.verdict, Verdict::kNoGap) << judged.reason;
 }
 
@@ -99,8 +102,8 @@ TEST(RobotGap, AJointThatOnlyItsEncoderMovesIsNotJudged) {
     const std::vector<ArmRecording> recordings{recording};
     const std::vector<ArmMotion> motions{filtered(recording, kBand_Hz)};
     const RowPlan plan = plan_rows(motions, rest_speeds_rad_per_s(motions, recordings, kBand_Hz), 1);
-    EXPECT_TRUE(std::ranges::any_of(plan.rows, [](const RowPlan::Row& row) { return row.joint == 0; }));
-    EXPECT_TRUE(std::ranges::none_of(plan.rows, [](const RowPlan::Row& row) { return row.joint == 1; }))
+    EXPECT_TRUE(std::ranges::any_of(plan.rows, [](const RowPlan::Row& row) { return row.channel == 0; }));
+    EXPECT_TRUE(std::ranges::none_of(plan.rows, [](const RowPlan::Row& row) { return row.channel == 1; }))
         << noise_rad;
   }
 }
@@ -110,8 +113,8 @@ TEST(RobotGap, RecordingsThatAreTooShortAreRefusedByName) {
   std::vector<identification::robot_gap::ArmRecording> recordings;
   recordings.push_back(as_recorded(arm.record({.seconds = 1}, "short.csv")));
   try {
-    identification::robot_gap::analyse(published(planar_arm(), arm.friction()), std::move(recordings), {},
-                                       {});
+    const identification::robot_gap::ArmSubject subject(published(planar_arm(), arm.friction()),
+                                                        std::move(recordings), {}, {});
     FAIL() << "accepted";
   } catch (const std::invalid_argument& error) {
     EXPECT_NE(std::string(error.what()).find("short.csv"), std::string::npos) << error.what();

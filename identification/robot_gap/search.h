@@ -1,5 +1,5 @@
 /// @file
-/// Selects the effects that an arm's model lacks.
+/// Selects the effects that a robot's model lacks.
 #pragma once
 #include <Eigen/Core>
 #include <cstddef>
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "identification/gap/regression.h"
-#include "identification/robot_gap/arm_rows.h"
+#include "identification/robot_gap/subject.h"
 
 namespace identification::robot_gap {
 
@@ -22,12 +22,14 @@ struct SearchOptions {
   std::uint64_t seed = 1;
 };
 
-/// Recordings on which a search works. The motions must outlive it.
-struct ArmData {
-  std::span<const ArmMotion> motions;
-  RowPlan plan;
-  Eigen::VectorXd sigma_Nm;  ///< of each joint: what a good model leaves; rows count in this unit
-  Eigen::VectorXd floor_Nm;  ///< of each joint: what noise alone leaves
+/// One part of a robot's recordings, with the weights of its channels.
+struct View {
+  const Subject& subject;
+  Part part;
+  Eigen::VectorXd sigma;  ///< of each channel: what a good model leaves; rows count in this unit
+
+  const RowPlan& plan() const { return subject.plan(part); }
+  const Catalogue& catalogue() const { return subject.catalogue(); }
 };
 
 /// Candidates that were added, by their index in the catalogue.
@@ -48,31 +50,46 @@ struct LeftOut {
   std::string reason;
 };
 
-/// A comparison that is linear in all terms: residuals of the given description, and their derivatives by
-/// every term, taken at a fitted one. Coefficients are changes from the given description. Columns of the
-/// terms, then that of the torque's lag, which every model has.
+/// A model: the changes of all terms from the given one, and the delay of the measured quantity.
+struct Fitted {
+  Eigen::VectorXd changes;
+  double delay_s = 0;
+};
+Fitted as_given(const Subject& subject);
+
+/// A comparison that is linear in some terms: residuals of the given model, and their derivatives by those
+/// terms, taken at a fitted one. Columns of the terms, then that of the delay, which every model has.
 class Linearised {
  public:
-  /// `chosen`: candidates in which `at` differs from `given`.
-  Linearised(const control::ArmDescription& given, const control::ArmDescription& at, const Chosen& chosen,
-             const ArmData& data, const Catalogue& catalogue);
+  /// Of all terms of the catalogue.
+  Linearised(const View& view, const Eigen::VectorXd& at);
+  /// Of the terms of these candidates alone.
+  Linearised(const View& view, const Eigen::VectorXd& at, const Chosen& candidates);
   Linearised(const Linearised&) = delete;
   Linearised& operator=(const Linearised&) = delete;
 
-  /// Columns of these candidates, each once, and the lag.
+  /// Columns of these candidates, each once, and the delay.
   std::vector<Eigen::Index> columns_of(const Chosen& chosen) const;
   gap::BlockRegression::Fit fit(const Chosen& chosen) const;
   double left_out(const Chosen& chosen) const;
   std::vector<gap::Bounds> bounds_of(std::span<const Eigen::Index> columns) const;
+  /// The changes that coefficients of these columns are.
+  Fitted fitted(std::span<const Eigen::Index> columns, const Eigen::VectorXd& coefficients) const;
 
   const Eigen::MatrixXd& columns() const noexcept { return columns_; }
   const Eigen::VectorXd& residual() const noexcept { return residual_; }
   const gap::BlockRegression& regression() const noexcept { return regression_; }
-  Eigen::Index lag_column() const noexcept { return columns_.cols() - 1; }
+  /// Of a term among the columns.
+  Eigen::Index column_of(std::size_t term) const;
 
  private:
-  control::ArmDescription given_;
-  const Catalogue& catalogue_;
+  struct Terms {
+    std::vector<std::size_t> list;
+  };
+  Linearised(const View& view, const Eigen::VectorXd& at, Terms terms);
+
+  const Subject& subject_;
+  std::vector<std::size_t> terms_;  // of each column but the last
   Eigen::MatrixXd columns_;
   Eigen::VectorXd residual_;  // in units of sigma
   gap::BlockRegression regression_;
@@ -80,7 +97,7 @@ class Linearised {
 };
 
 struct SearchOutcome {
-  control::ArmDescription arm;  ///< with the fitted values
+  Fitted fitted;
   Chosen chosen;
   std::vector<Added> added;  ///< in the order of `chosen`
   std::optional<LeftOut> next;
@@ -88,20 +105,13 @@ struct SearchOutcome {
 
 /// Adds candidates one by one, exchanges and removes them again, without those in `banned`. Deterministic for
 /// a seed.
-SearchOutcome search(const control::ArmDescription& given, const ArmData& data, const Catalogue& catalogue,
-                     std::span<const std::size_t> banned, const SearchOptions& options);
+SearchOutcome search(const View& view, std::span<const std::size_t> banned, const SearchOptions& options);
 
-/// The description with the chosen terms fitted to the data, and the torque's lag [s].
-struct FittedArm {
-  control::ArmDescription arm;
-  double lag_s = 0;
-};
-FittedArm fitted_arm(const control::ArmDescription& given, const ArmData& data, const Catalogue& catalogue,
-                     const Chosen& chosen);
+/// The chosen terms, fitted.
+Fitted fit_chosen(const View& view, const Chosen& chosen);
 
 /// Squared residual of each block, left out in turn, of the chosen candidates fitted on their own.
-std::vector<double> left_out_squares(const control::ArmDescription& given, const ArmData& data,
-                                     const Catalogue& catalogue, const Chosen& chosen);
+std::vector<double> left_out_squares(const View& view, const Chosen& chosen);
 
 /// With the candidate, in place of another variant of its effect.
 Chosen with_candidate(Chosen chosen, std::size_t candidate, const Catalogue& catalogue);

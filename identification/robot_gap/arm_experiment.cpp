@@ -1,4 +1,4 @@
-#include "identification/robot_gap/arm_rivals.h"
+#include "identification/robot_gap/arm_experiment.h"
 
 #include <algorithm>
 #include <array>
@@ -6,27 +6,15 @@
 #include <cstdio>
 #include <random>
 
-#include "identification/gap/noise_draws.h"
+#include "identification/robot_gap/arm_rows.h"
 
 namespace identification::robot_gap {
 namespace {
 
-/// Candidates with this share of the chosen one's gain are fitted, the best of them.
-constexpr double kNearGain = 0.8;
-constexpr std::size_t kMostRivals = 8;
-/// Draws that a rival must win: one of twenty happens to effects that are clearly worse.
-constexpr int kLeastWins = 2;
 constexpr int kPoses = 2000;
 constexpr int kPoseBins = 6;
-/// Difference in units of sigma that shows in a single row.
+/// Difference in noise floors that shows in a single row.
 constexpr double kShows = 1;
-
-/// Whether `outer` has all terms of `inner`.
-bool contains(const Catalogue& catalogue, std::size_t outer, std::size_t inner) {
-  const std::vector<std::size_t>& terms = catalogue.candidates[outer].terms;
-  return std::ranges::all_of(catalogue.candidates[inner].terms,
-                             [&](std::size_t term) { return std::ranges::find(terms, term) != terms.end(); });
-}
 
 struct Range {
   double lower = 0;
@@ -52,10 +40,10 @@ double rms_row(std::span<const ArmMotion> motions, Eigen::Index joint, Eigen::Ma
 }
 
 /// Random states as if they were a motion.
-ArmMotion random_states(const ArmData& data, std::uint64_t seed) {
+ArmMotion random_states(std::span<const ArmMotion> motions, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);
-  const Eigen::Index joints = data.sigma_Nm.size();
+  const Eigen::Index joints = motions.front().position_rad.rows();
   ArmMotion states;
   states.period_s = 1;
   states.position_rad.resize(joints, kPoses);
@@ -63,11 +51,11 @@ ArmMotion random_states(const ArmData& data, std::uint64_t seed) {
   states.acceleration_rad_per_s2.resize(joints, kPoses);
   states.torque_Nm = Eigen::MatrixXd::Zero(joints, kPoses);
   for (Eigen::Index j = 0; j < joints; ++j) {
-    const Range range = range_of(data.motions, j);
+    const Range range = range_of(motions, j);
     const double centre = 0.5 * (range.lower + range.upper);
     const double half = range.upper - range.lower;  // half of it beyond either end
-    const double v = rms_row(data.motions, j, &ArmMotion::velocity_rad_per_s);
-    const double a = rms_row(data.motions, j, &ArmMotion::acceleration_rad_per_s2);
+    const double v = rms_row(motions, j, &ArmMotion::velocity_rad_per_s);
+    const double a = rms_row(motions, j, &ArmMotion::acceleration_rad_per_s2);
     for (Eigen::Index i = 0; i < kPoses; ++i) {
       states.position_rad(j, i) = centre + half * uniform(random);
       states.velocity_rad_per_s(j, i) = std::sqrt(3.0) * v * uniform(random);
@@ -81,69 +69,18 @@ ArmMotion random_states(const ArmData& data, std::uint64_t seed) {
 
 }  // namespace
 
-ArmRivals rivals_of(const control::ArmDescription& given, const ArmData& data, const Linearised& rows,
-                    const Catalogue& catalogue, const Chosen& chosen, std::size_t place,
-                    std::span<const std::size_t> banned, std::uint64_t seed) {
-  Chosen rest = chosen;
-  rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(place));
-  const std::size_t own = chosen[place];
-  const double before = rows.left_out(rest);
-  const double gain = before - rows.left_out(chosen);
-  struct Tried {
-    std::size_t candidate = 0;
-    double left = 0;
-  };
-  std::vector<Tried> tried;
-  for (std::size_t c = 0; c < catalogue.candidates.size(); ++c) {
-    const auto same = [&](std::size_t other) {
-      return catalogue.candidates[c].same_effect(catalogue.candidates[other]);
-    };
-    if (std::ranges::any_of(chosen, same) || std::ranges::any_of(banned, same) || contains(catalogue, c, own))
-      continue;
-    Chosen with = rest;
-    with.push_back(c);
-    if (const double left = rows.left_out(with); before - left >= kNearGain * gain)
-      tried.push_back({c, left});
-  }
-  std::ranges::stable_sort(tried, {}, &Tried::left);
-  if (tried.size() > kMostRivals) tried.resize(kMostRivals);
-  std::vector<std::size_t> others;
-  std::vector<std::vector<double>> squares{rows.fit(chosen).held_out_of};
-  for (const Tried& one : tried) {
-    Chosen with = rest;
-    with.push_back(one.candidate);
-    others.push_back(one.candidate);
-    squares.push_back(left_out_squares(given, data, catalogue, with));
-  }
-  const std::vector<int> wins = gap::draws_won(squares, seed);
-  ArmRivals result;
-  result.own_wins = wins.front();
-  for (std::size_t i = 0; i < others.size(); ++i) {
-    if (wins[i + 1] < kLeastWins) continue;
-    // The best variant of each.
-    const auto known = std::ranges::find_if(result.rivals, [&](const ArmRival& rival) {
-      return catalogue.candidates[rival.candidate].same_effect(catalogue.candidates[others[i]]);
-    });
-    if (known == result.rivals.end())
-      result.rivals.push_back({others[i], wins[i + 1]});
-    else
-      known->wins += wins[i + 1];
-  }
-  std::ranges::stable_sort(result.rivals, std::ranges::greater{}, &ArmRival::wins);
-  return result;
-}
-
 std::string deciding_pose(const control::ArmDescription& one, const control::ArmDescription& other,
-                          const ArmData& data, std::uint64_t seed) {
-  const ArmMotion states = random_states(data, seed);
-  const Eigen::MatrixXd difference = data.sigma_Nm.cwiseInverse().asDiagonal() *
+                          std::span<const ArmMotion> motions, const Eigen::VectorXd& floor_Nm,
+                          std::uint64_t seed) {
+  const ArmMotion states = random_states(motions, seed);
+  const Eigen::MatrixXd difference = floor_Nm.cwiseInverse().asDiagonal() *
                                      (predicted_torque_Nm(one, states) - predicted_torque_Nm(other, states));
   const Eigen::VectorXd squares = difference.colwise().squaredNorm().transpose();
   double most = -1;
   Eigen::Index best_joint = 0;
   Range best;
   for (Eigen::Index j = 0; j < difference.rows(); ++j) {
-    const Range seen = range_of(data.motions, j);
+    const Range seen = range_of(motions, j);
     const double width = 2 * (seen.upper - seen.lower) / kPoseBins;
     const double from = seen.lower - (seen.upper - seen.lower) / 2;
     std::array<double, kPoseBins> sum{};
@@ -170,7 +107,7 @@ std::string deciding_pose(const control::ArmDescription& one, const control::Arm
   std::array<char, 300> text{};
   std::snprintf(text.data(), text.size(),
                 "move %s between %.2f and %.2f rad, the others as before: the two models then differ by %.1f "
-                "standard deviations of a row, most of it in the torque of %s",
+                "noise floors, most of it in the torque of %s",
                 one.arm.links[static_cast<std::size_t>(best_joint)].joint.c_str(), best.lower, best.upper,
                 sigmas, one.arm.links[static_cast<std::size_t>(seen_at)].joint.c_str());
   return text.data();

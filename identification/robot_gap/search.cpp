@@ -1,9 +1,10 @@
-#include "identification/robot_gap/arm_search.h"
+#include "identification/robot_gap/search.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>
+#include <numeric>
 #include <random>
 #include <set>
 #include <utility>
@@ -23,7 +24,6 @@ constexpr int kFolds = 10;
 constexpr double kEqual = 0.01;
 /// Probability by chance that so many more blocks improve.
 constexpr double kSignLevel = 0.05;
-constexpr double kLongestLag_s = 0.02;
 /// Linearised fits until terms that are not quite linear agree with themselves.
 constexpr int kFits = 3;
 constexpr std::size_t kMostEffects = 8;
@@ -34,24 +34,19 @@ constexpr int kRevisions = 6;
 /// A residual of so many noise floors leaves nothing to explain.
 constexpr double kQuiet = 1.1;
 
-std::vector<Term> with_lag(std::vector<Term> terms) {
-  terms.push_back({Term::Kind::kLag});
+/// Every term once, in the order of the candidates.
+std::vector<std::size_t> terms_of(const Catalogue& catalogue, const Chosen& candidates) {
+  std::vector<std::size_t> terms;
+  for (const std::size_t candidate : candidates)
+    for (const std::size_t term : catalogue.candidates[candidate].terms)
+      if (std::ranges::find(terms, term) == terms.end()) terms.push_back(term);
   return terms;
 }
 
-struct WeightedRows {
-  Eigen::MatrixXd columns;
-  Eigen::VectorXd residual;
-};
-WeightedRows weighted(const control::ArmDescription& arm, const ArmData& data, const Catalogue& catalogue) {
-  ComparedRows rows = compare(arm, data.motions, data.plan, with_lag(catalogue.terms));
-  WeightedRows result{std::move(rows.columns), rows.measured_Nm - rows.predicted_Nm};
-  for (Eigen::Index i = 0; i < result.residual.size(); ++i) {
-    const double weight = 1 / data.sigma_Nm[data.plan.rows[static_cast<std::size_t>(i)].joint];
-    result.residual[i] *= weight;
-    result.columns.row(i) *= weight;
-  }
-  return result;
+std::vector<std::size_t> all_terms(const Catalogue& catalogue) {
+  std::vector<std::size_t> terms(catalogue.terms.size());
+  std::iota(terms.begin(), terms.end(), std::size_t{0});
+  return terms;
 }
 
 /// One that could be added: neither there nor banned, in any variant.
@@ -63,44 +58,21 @@ bool is_free(std::size_t candidate, const Chosen& chosen, std::span<const std::s
   return std::ranges::find(chosen, candidate) == chosen.end() && std::ranges::none_of(banned, same);
 }
 
-Chosen all_of(const Catalogue& catalogue) {
-  Chosen all;
-  for (std::size_t i = 0; i < catalogue.candidates.size(); ++i) all.push_back(i);
-  return all;
-}
-
-/// Whether torques are a sum over these terms: one fit finds them.
-bool are_linear(const std::vector<Term>& terms) {
-  return std::ranges::none_of(terms, [](const Term& term) {
-    return term.kind == Term::Kind::kPayloadMoment || term.kind == Term::Kind::kLinkCentre ||
-           term.kind == Term::Kind::kTilt || term.kind == Term::Kind::kEncoderZero ||
-           term.kind == Term::Kind::kTorqueScale || term.kind == Term::Kind::kLoadFriction;
-  });
-}
-
 /// The chosen candidates' fit, without the columns of the others.
 struct FittedAlone {
-  FittedArm fitted;
+  Fitted fitted;
   std::vector<double> left_out;  // squares of each block
 };
-FittedAlone fitted_alone(const control::ArmDescription& given, const ArmData& data,
-                         const Catalogue& catalogue, const Chosen& chosen) {
-  const Catalogue own = only(catalogue, chosen);
-  const Chosen all = all_of(own);
-  FittedAlone result{{given, 0}, {}};
-  const int rounds = are_linear(own.terms) ? 1 : kFits;
+FittedAlone fitted_alone(const View& view, const Chosen& chosen) {
+  FittedAlone result{as_given(view.subject), {}};
+  const bool is_linear = std::ranges::all_of(terms_of(view.catalogue(), chosen), [&](std::size_t term) {
+    return view.catalogue().terms[term].is_linear;
+  });
+  const int rounds = is_linear ? 1 : kFits;
   for (int round = 0; round < rounds; ++round) {
-    const Linearised rows(given, result.fitted.arm, all, data, own);
-    const std::vector<Eigen::Index> columns = rows.columns_of(all);
-    gap::BlockRegression::Fit fit = rows.fit(all);
-    result.fitted.arm = given;
-    for (std::size_t k = 0; k < columns.size(); ++k) {
-      const double step = fit.coefficients[static_cast<Eigen::Index>(k)];
-      if (columns[k] == rows.lag_column())
-        result.fitted.lag_s = step;
-      else
-        change(result.fitted.arm, own.terms[static_cast<std::size_t>(columns[k])], step);
-    }
+    const Linearised rows(view, result.fitted.changes, chosen);
+    gap::BlockRegression::Fit fit = rows.fit(chosen);
+    result.fitted = rows.fitted(rows.columns_of(chosen), fit.coefficients);
     result.left_out = std::move(fit.held_out_of);
   }
   return result;
@@ -108,9 +80,7 @@ FittedAlone fitted_alone(const control::ArmDescription& given, const ArmData& da
 
 /// What all comparisons of candidates need.
 struct Field {
-  const control::ArmDescription& given;
-  const ArmData& data;
-  const Catalogue& catalogue;
+  const View& view;
   std::span<const std::size_t> banned;
 };
 
@@ -133,11 +103,11 @@ std::optional<Best> best_of(const Field& field, const Linearised& rows, const Ch
     double fitted = 0;
   };
   std::vector<Tried> tried;
-  for (std::size_t c = 0; c < field.catalogue.candidates.size(); ++c)
-    if (is_free(c, chosen, field.banned, field.catalogue)) tried.push_back({c});
+  for (std::size_t c = 0; c < field.view.catalogue().candidates.size(); ++c)
+    if (is_free(c, chosen, field.banned, field.view.catalogue())) tried.push_back({c});
   if (tried.empty()) return {};
   gap::in_parallel(tried.size(), [&](std::size_t i) {
-    tried[i].left = rows.left_out(with_candidate(chosen, tried[i].candidate, field.catalogue));
+    tried[i].left = rows.left_out(with_candidate(chosen, tried[i].candidate, field.view.catalogue()));
   });
   std::ranges::stable_sort(tried, {}, &Tried::left);
   const double before = rows.left_out(chosen);
@@ -147,35 +117,35 @@ std::optional<Best> best_of(const Field& field, const Linearised& rows, const Ch
   if (tried.size() > kShortList) tried.resize(kShortList);
   if (tried.size() == 1) return Best{tried.front().candidate, tried.front().left};
   for (Tried& one : tried)
-    one.fitted = sum_of(left_out_squares(field.given, field.data, field.catalogue,
-                                         with_candidate(chosen, one.candidate, field.catalogue)));
+    one.fitted =
+        sum_of(left_out_squares(field.view, with_candidate(chosen, one.candidate, field.view.catalogue())));
   const double least = std::ranges::min_element(tried, {}, &Tried::fitted)->fitted;
   const Tried* best = nullptr;
   for (const Tried& one : tried) {
     if (one.fitted > (1 + kEqual) * least) continue;
-    const std::size_t size = field.catalogue.candidates[one.candidate].terms.size();
+    const std::size_t size = field.view.catalogue().candidates[one.candidate].terms.size();
     const std::size_t best_size =
-        best == nullptr ? 0 : field.catalogue.candidates[best->candidate].terms.size();
+        best == nullptr ? 0 : field.view.catalogue().candidates[best->candidate].terms.size();
     if (best == nullptr || size < best_size || (size == best_size && one.fitted < best->fitted)) best = &one;
   }
   return Best{best->candidate, std::min(best->left, before)};
 }
 
-/// Whether no joint shows more than noise.
-bool is_quiet(const Linearised& rows, const Chosen& chosen, const ArmData& data) {
+/// Whether no channel shows more than noise.
+bool is_quiet(const Linearised& rows, const Chosen& chosen, const View& view) {
   const std::vector<Eigen::Index> columns = rows.columns_of(chosen);
   const Eigen::VectorXd left =
       rows.residual() - rows.columns()(Eigen::all, columns) * rows.fit(chosen).coefficients;
-  Eigen::VectorXd squares = Eigen::VectorXd::Zero(data.sigma_Nm.size());
-  Eigen::VectorXd counts = Eigen::VectorXd::Zero(data.sigma_Nm.size());
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(view.sigma.size());
+  Eigen::VectorXd counts = Eigen::VectorXd::Zero(view.sigma.size());
   for (Eigen::Index i = 0; i < left.size(); ++i) {
-    const Eigen::Index j = data.plan.rows[static_cast<std::size_t>(i)].joint;
-    squares[j] += left[i] * left[i];
-    ++counts[j];
+    const Eigen::Index channel = view.plan().rows[static_cast<std::size_t>(i)].channel;
+    squares[channel] += left[i] * left[i];
+    ++counts[channel];
   }
-  for (Eigen::Index j = 0; j < squares.size(); ++j) {
-    const double quiet = kQuiet * data.floor_Nm[j] / data.sigma_Nm[j];
-    if (squares[j] > quiet * quiet * counts[j]) return false;
+  for (Eigen::Index c = 0; c < squares.size(); ++c) {
+    const double quiet = kQuiet * view.subject.noise_floor()[c] / view.sigma[c];
+    if (squares[c] > quiet * quiet * counts[c]) return false;
   }
   return true;
 }
@@ -276,10 +246,10 @@ bool revise(const Field& field, const Linearised& rows, Chosen& chosen, double l
     const Chosen rest = without_place(chosen, place);
     const std::optional<Best> other = best_of(field, rows, rest);
     if (!other || other->candidate == chosen[place]) continue;
-    const Chosen revised = with_candidate(rest, other->candidate, field.catalogue);
+    const Chosen revised = with_candidate(rest, other->candidate, field.view.catalogue());
     if (revised.size() < chosen.size()) continue;  // in place of another variant of its own
-    const double own = sum_of(left_out_squares(field.given, field.data, field.catalogue, chosen));
-    const double others = sum_of(left_out_squares(field.given, field.data, field.catalogue, revised));
+    const double own = sum_of(left_out_squares(field.view, chosen));
+    const double others = sum_of(left_out_squares(field.view, revised));
     if (others > (1 - least_gain) * own) continue;
     chosen = revised;
     return true;
@@ -296,42 +266,65 @@ Chosen with_candidate(Chosen chosen, std::size_t candidate, const Catalogue& cat
   return chosen;
 }
 
-Linearised::Linearised(const control::ArmDescription& given, const control::ArmDescription& at,
-                       const Chosen& chosen, const ArmData& data, const Catalogue& catalogue)
-    : given_(given), catalogue_(catalogue), regression_(columns_, {}, kFolds) {
-  WeightedRows rows = weighted(at, data, catalogue);
+Fitted as_given(const Subject& subject) {
+  return {Eigen::VectorXd::Zero(static_cast<Eigen::Index>(subject.catalogue().terms.size())), 0};
+}
+
+Linearised::Linearised(const View& view, const Eigen::VectorXd& at)
+    : Linearised(view, at, Terms{all_terms(view.catalogue())}) {}
+
+Linearised::Linearised(const View& view, const Eigen::VectorXd& at, const Chosen& candidates)
+    : Linearised(view, at, Terms{terms_of(view.catalogue(), candidates)}) {}
+
+Linearised::Linearised(const View& view, const Eigen::VectorXd& at, Terms terms)
+    : subject_(view.subject), terms_(std::move(terms.list)), regression_(columns_, {}, kFolds) {
+  ComparedRows rows = subject_.compare(view.part, at, terms_);
   columns_ = std::move(rows.columns);
-  residual_ = std::move(rows.residual);
-  for (const Eigen::Index column : columns_of(chosen)) {
-    if (column == lag_column()) continue;
-    const Term& term = catalogue.terms[static_cast<std::size_t>(column)];
-    residual_ +=
-        columns_.col(column) * (reported_value(term, given, at) - reported_value(term, given, given));
+  residual_ = rows.measured - rows.predicted;
+  for (std::size_t k = 0; k < terms_.size(); ++k)
+    residual_ += columns_.col(static_cast<Eigen::Index>(k)) * at[static_cast<Eigen::Index>(terms_[k])];
+  const RowPlan& plan = view.plan();
+  for (Eigen::Index i = 0; i < residual_.size(); ++i) {
+    const double weight = 1 / view.sigma[plan.rows[static_cast<std::size_t>(i)].channel];
+    residual_[i] *= weight;
+    columns_.row(i) *= weight;
   }
-  regression_ = BlockRegression(columns_, data.plan.block, kFolds);
+  regression_ = BlockRegression(columns_, plan.block, kFolds);
   target_ = regression_.target(residual_);
+}
+
+Eigen::Index Linearised::column_of(std::size_t term) const {
+  return std::ranges::find(terms_, term) - terms_.begin();
 }
 
 std::vector<Eigen::Index> Linearised::columns_of(const Chosen& chosen) const {
   std::vector<Eigen::Index> columns;
-  for (const std::size_t candidate : chosen)
-    for (const std::size_t term : catalogue_.candidates[candidate].terms) {
-      const auto column = static_cast<Eigen::Index>(term);
-      if (std::ranges::find(columns, column) == columns.end()) columns.push_back(column);
-    }
-  columns.push_back(lag_column());
+  for (const std::size_t term : terms_of(subject_.catalogue(), chosen)) columns.push_back(column_of(term));
+  columns.push_back(columns_.cols() - 1);
   return columns;
 }
 
 std::vector<Bounds> Linearised::bounds_of(std::span<const Eigen::Index> columns) const {
   std::vector<Bounds> bounds;
   for (const Eigen::Index column : columns) {
-    if (column == lag_column())
-      bounds.push_back({-kLongestLag_s, kLongestLag_s});
+    if (const auto k = static_cast<std::size_t>(column); k < terms_.size())
+      bounds.push_back(subject_.catalogue().terms[terms_[k]].change);
     else
-      bounds.push_back(change_bounds(catalogue_.terms[static_cast<std::size_t>(column)], given_));
+      bounds.push_back({-subject_.longest_delay_s(), subject_.longest_delay_s()});
   }
   return bounds;
+}
+
+Fitted Linearised::fitted(std::span<const Eigen::Index> columns, const Eigen::VectorXd& coefficients) const {
+  Fitted result = as_given(subject_);
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    const double value = coefficients[static_cast<Eigen::Index>(k)];
+    if (const auto column = static_cast<std::size_t>(columns[k]); column < terms_.size())
+      result.changes[static_cast<Eigen::Index>(terms_[column])] = value;
+    else
+      result.delay_s = value;
+  }
+  return result;
 }
 
 BlockRegression::Fit Linearised::fit(const Chosen& chosen) const {
@@ -344,29 +337,25 @@ double Linearised::left_out(const Chosen& chosen) const {
   return regression_.held_out(target_, columns, bounds_of(columns));
 }
 
-FittedArm fitted_arm(const control::ArmDescription& given, const ArmData& data, const Catalogue& catalogue,
-                     const Chosen& chosen) {
-  return fitted_alone(given, data, catalogue, chosen).fitted;
+Fitted fit_chosen(const View& view, const Chosen& chosen) { return fitted_alone(view, chosen).fitted; }
+
+std::vector<double> left_out_squares(const View& view, const Chosen& chosen) {
+  return fitted_alone(view, chosen).left_out;
 }
 
-std::vector<double> left_out_squares(const control::ArmDescription& given, const ArmData& data,
-                                     const Catalogue& catalogue, const Chosen& chosen) {
-  return fitted_alone(given, data, catalogue, chosen).left_out;
-}
-
-SearchOutcome search(const control::ArmDescription& given, const ArmData& data, const Catalogue& catalogue,
-                     std::span<const std::size_t> banned, const SearchOptions& options) {
-  SearchOutcome outcome{.arm = given, .chosen = {}, .added = {}, .next = {}};
+SearchOutcome search(const View& view, std::span<const std::size_t> banned, const SearchOptions& options) {
+  const Catalogue& catalogue = view.catalogue();
+  SearchOutcome outcome{.fitted = as_given(view.subject), .chosen = {}, .added = {}, .next = {}};
   std::vector<double> p_values(catalogue.candidates.size(), 1.0);
   std::set<Chosen> seen;
-  auto rows = std::make_unique<Linearised>(given, given, Chosen{}, data, catalogue);
+  auto rows = std::make_unique<Linearised>(view, outcome.fitted.changes);
   const auto refit = [&] {
-    outcome.arm = fitted_arm(given, data, catalogue, outcome.chosen).arm;
-    rows = std::make_unique<Linearised>(given, outcome.arm, outcome.chosen, data, catalogue);
+    outcome.fitted = fit_chosen(view, outcome.chosen);
+    rows = std::make_unique<Linearised>(view, outcome.fitted.changes);
   };
   const double of_all = rows->left_out({});
-  while (outcome.chosen.size() < kMostEffects && !is_quiet(*rows, outcome.chosen, data)) {
-    const std::optional<Best> best = best_of({given, data, catalogue, banned}, *rows, outcome.chosen);
+  while (outcome.chosen.size() < kMostEffects && !is_quiet(*rows, outcome.chosen, view)) {
+    const std::optional<Best> best = best_of({view, banned}, *rows, outcome.chosen);
     if (!best) break;
     const double left = rows->left_out(outcome.chosen);
     const double gain = 1 - best->left / left;
@@ -383,7 +372,7 @@ SearchOutcome search(const control::ArmDescription& given, const ArmData& data, 
     outcome.chosen = with;
     refit();
     for (int round = 0; round < kRevisions; ++round) {
-      if (!revise({given, data, catalogue, banned}, *rows, outcome.chosen, options.least_gain)) break;
+      if (!revise({view, banned}, *rows, outcome.chosen, options.least_gain)) break;
       for (const std::size_t candidate : outcome.chosen)
         p_values[candidate] = std::min(p_values[candidate], p);
       refit();

@@ -1,0 +1,163 @@
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <memory>
+#include <system_error>
+#include <utility>
+
+#include "analysis/inputs.h"
+#include "analysis/model_header.h"
+#include "analysis/robot.h"
+#include "identification/fit/statistics.h"
+#include "identification/robot_gap/arm_subject.h"
+#include "runtime/recording/recording_reader.h"
+
+namespace analysis {
+namespace {
+
+namespace fs = std::filesystem;
+using identification::robot_gap::ArmRecording;
+using identification::robot_gap::ArmSubject;
+
+std::string position_quantity(std::size_t joint) { return fmt::format("joint_{}_position_rad", joint + 1); }
+std::string torque_quantity(std::size_t joint) { return fmt::format("joint_{}_torque_Nm", joint + 1); }
+
+std::shared_ptr<const runtime::ColumnMap> column_map(const runtime::RobotFile& robot, const std::string& name,
+                                                     const std::string& time) {
+  auto map = std::make_shared<runtime::ColumnMap>();
+  map->name = name;
+  map->columns.push_back({"time_s", time});
+  for (std::size_t j = 0; j < robot.arm.drives.size(); ++j) {
+    const runtime::RobotFile::Columns& columns = robot.columns;
+    map->columns.push_back({position_quantity(j), columns.position[j], columns.position_factor[j]});
+    map->columns.push_back({torque_quantity(j), columns.torque[j], columns.torque_factor[j]});
+  }
+  return map;
+}
+
+/// Whether the table calls its time otherwise.
+bool lacks_time(const runtime::RecordingError& error, const std::string& time) {
+  return std::ranges::any_of(error.problems(), [&](const std::string& problem) {
+    return problem.find("there is no column '" + time + "'") != std::string::npos;
+  });
+}
+
+runtime::ReadRecording read_table(const runtime::RobotFile& robot, const std::string& robot_path,
+                                  const fs::path& path) {
+  const auto read = [&](const std::string& time) {
+    return runtime::read_recording(path,
+                                   runtime::ReadOptions{.columns = column_map(robot, robot_path, time)});
+  };
+  if (!robot.columns.time.empty()) return read(robot.columns.time);
+  try {
+    return read("t_s");
+  } catch (const runtime::RecordingError& error) {
+    if (!lacks_time(error, "t_s")) throw;
+  }
+  return read("time_s");
+}
+
+/// Straight lines would bridge it, and their ends would be accelerations.
+void require_no_pause(const ArmRecording& recording, const fs::path& path) {
+  constexpr double kBridgedPeriods = 5;  // as of the recording of a drive
+  std::vector<double> steps_s;
+  for (std::size_t i = 1; i < recording.time_s.size(); ++i)
+    steps_s.push_back(recording.time_s[i] - recording.time_s[i - 1]);
+  if (steps_s.empty()) return;
+  const double longest_s = kBridgedPeriods * identification::fit::median(steps_s);
+  for (std::size_t i = 0; i < steps_s.size(); ++i)
+    if (steps_s[i] > longest_s)
+      throw runtime::ConfigError({fmt::format(
+          "{}: after {:.3f} s there is a pause of {:.3g} s: split the file there, each part is a recording",
+          path.string(), recording.time_s[i], steps_s[i])});
+}
+
+Eigen::MatrixXd gathered(const identification::Recording& recording, std::size_t joints,
+                         std::string (*quantity)(std::size_t)) {
+  Eigen::MatrixXd result(static_cast<Eigen::Index>(joints), static_cast<Eigen::Index>(recording.rows()));
+  for (std::size_t j = 0; j < joints; ++j) {
+    const auto values = recording.column(quantity(j));
+    for (std::size_t i = 0; i < values.size(); ++i)
+      result(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(i)) = values[i];
+  }
+  return result;
+}
+
+struct ArmRecordings {
+  std::vector<ArmRecording> data;
+  std::vector<ArmRecording> held_out;
+  std::vector<std::string> warnings;
+};
+ArmRecordings read_arm_recordings(const runtime::RobotFile& robot, const RobotGapOptions& options) {
+  const RecordingFiles files = recording_files(options.data, options.held_out);
+  std::vector<std::string> problems;
+  ArmRecordings result;
+  const std::size_t joints = robot.arm.drives.size();
+  for (std::size_t i = 0; i < files.names.size(); ++i) {
+    const bool searched = i < files.data.size();
+    const fs::path& path = searched ? files.data[i] : files.held_out[i - files.data.size()];
+    try {
+      runtime::ReadRecording read = read_table(robot, options.model.string(), path);
+      // Columns that a robot file does not name are no mistake.
+      std::erase_if(read.warnings, [](const std::string& text) {
+        return text.find("were left out") != std::string::npos && text.find("columns") != std::string::npos;
+      });
+      result.warnings.insert(result.warnings.end(), read.warnings.begin(), read.warnings.end());
+      const auto time_s = read.recording.column("time_s");
+      ArmRecording recording{files.names[i],
+                             {time_s.begin(), time_s.end()},
+                             gathered(read.recording, joints, &position_quantity),
+                             gathered(read.recording, joints, &torque_quantity)};
+      require_no_pause(recording, path);
+      (searched ? result.data : result.held_out).push_back(std::move(recording));
+    } catch (const runtime::ConfigError& error) {
+      problems.insert(problems.end(), error.problems().begin(), error.problems().end());
+    }
+  }
+  if (!problems.empty()) throw runtime::ConfigError(std::move(problems));
+  return result;
+}
+
+std::string arm_model_text(const runtime::RobotFile& base, const ArmSubject& subject,
+                           const RobotFindings& findings, const fs::path& out) {
+  runtime::RobotFile robot = base;
+  robot.arm = subject.changed(findings.result.changes);
+  std::error_code error;
+  fs::path urdf = fs::proximate(base.urdf, out, error);
+  if (error) urdf = fs::absolute(base.urdf);
+  return runtime::robot_file_text(robot, urdf, base.arm, robot_header(findings), robot_remarks(findings));
+}
+
+}  // namespace
+
+OpenedRobot open_arm(const RobotGapOptions& options) {
+  runtime::RobotFile base = runtime::read_robot_file(options.model);
+  ArmRecordings recordings = read_arm_recordings(base, options);
+  OpenedRobot opened;
+  for (const ArmRecording& recording : recordings.data) opened.findings.data.push_back(recording.name);
+  opened.warnings = std::move(recordings.warnings);
+  auto subject =
+      std::make_unique<ArmSubject>(base.arm, std::move(recordings.data), std::move(recordings.held_out),
+                                   identification::robot_gap::ArmOptions{
+                                       .band_Hz = base.band_Hz, .ripples_per_rev = base.ripples_per_rev});
+  opened.findings.name = base.name;
+  opened.findings.channel_word = "joint";
+  opened.findings.metric =
+      fmt::format("rms torque residual over all joints up to {:.4g} Hz, held-out", subject->band_Hz());
+  opened.findings.comparison = fmt::format(
+      "The gap is the torque that the model does not predict from the measured motion, rms on held-out "
+      "recordings, up to {:.4g} Hz. The noise floor is the scatter of torque and position sensors.",
+      subject->band_Hz());
+  if (subject->band_Hz() < base.band_Hz)
+    opened.warnings.push_back(fmt::format(
+        "torques are compared up to {:.3g} Hz, not {:.3g}: the slowest recording has no more samples",
+        subject->band_Hz(), base.band_Hz));
+  opened.model_text = [base = std::move(base), arm = subject.get()](const RobotFindings& findings,
+                                                                    const fs::path& out) {
+    return arm_model_text(base, *arm, findings, out);
+  };
+  opened.subject = std::move(subject);
+  return opened;
+}
+
+}  // namespace analysis
