@@ -18,12 +18,18 @@ namespace control {
 ///                  + spring·(q − spring_rest) + cable_2·q² + cable_3·q³ + ripples
 ///                  + sign(q̇)·(coulomb + load_friction·|rigid body| + stribeck·exp(−(q̇/stribeck_speed)²))
 ///                  + Σ neighbour_friction·sign(q̇ of the neighbour)
-///   reported torque = joint torque / torque_scale;   q = reported angle + encoder_zero
+///   reported torque = joint torque / torque_scale
+///   q = reported angle + encoder_zero − compliance·rigid body: the encoder is on the motor's side of the
+///   gear
+///
+/// Friction and rotor inertia are on that side too; everything else moves with the link, at q.
 struct ArmDrive {
   std::string joint;
   double gear_ratio = 1;
   double torque_scale = 1;
   double encoder_zero_rad = 0;
+  double compliance_rad_per_Nm = 0;  ///< of the gear
+  bool friction_before_gear = false;
   double rotor_inertia_kg_m2 = 0;
   double coulomb_Nm = 0;
   double viscous_Nm_s_per_rad = 0;

@@ -45,11 +45,10 @@ ArmMotion random_states(std::span<const ArmMotion> motions, std::uint64_t seed) 
   std::uniform_real_distribution<double> uniform(-1, 1);
   const Eigen::Index joints = motions.front().position_rad.rows();
   ArmMotion states;
-  states.period_s = 1;
+  states.is_scattered = true;
   states.position_rad.resize(joints, kPoses);
   states.velocity_rad_per_s.resize(joints, kPoses);
   states.acceleration_rad_per_s2.resize(joints, kPoses);
-  states.torque_Nm = Eigen::MatrixXd::Zero(joints, kPoses);
   for (Eigen::Index j = 0; j < joints; ++j) {
     const Range range = range_of(motions, j);
     const double centre = 0.5 * (range.lower + range.upper);
@@ -59,11 +58,9 @@ ArmMotion random_states(std::span<const ArmMotion> motions, std::uint64_t seed) 
     for (Eigen::Index i = 0; i < kPoses; ++i) {
       states.position_rad(j, i) = centre + half * uniform(random);
       states.velocity_rad_per_s(j, i) = std::sqrt(3.0) * v * uniform(random);
-      // The sign of a velocity is averaged over the period: none of it reverses.
       states.acceleration_rad_per_s2(j, i) = std::sqrt(3.0) * a * uniform(random);
     }
   }
-  states.period_s = 1e-9;
   return states;
 }
 
@@ -72,7 +69,10 @@ ArmMotion random_states(std::span<const ArmMotion> motions, std::uint64_t seed) 
 std::string deciding_pose(const control::ArmDescription& one, const control::ArmDescription& other,
                           std::span<const ArmMotion> motions, const Eigen::VectorXd& floor_Nm,
                           std::uint64_t seed) {
-  const ArmMotion states = random_states(motions, seed);
+  ArmMotion states = random_states(motions, seed);
+  control::ArmDescription stiff = one;
+  for (control::ArmDrive& drive : stiff.drives) drive.compliance_rad_per_Nm = 0;
+  states.torque_Nm = predicted_torque_Nm(stiff, states);
   const Eigen::MatrixXd difference = floor_Nm.cwiseInverse().asDiagonal() *
                                      (predicted_torque_Nm(one, states) - predicted_torque_Nm(other, states));
   const Eigen::VectorXd squares = difference.colwise().squaredNorm().transpose();

@@ -29,7 +29,8 @@ struct ArmMotion {
   Eigen::MatrixXd velocity_rad_per_s;
   Eigen::MatrixXd acceleration_rad_per_s2;
   Eigen::MatrixXd torque_Nm;
-  std::size_t step = 1;  ///< samples to a row of the comparison
+  std::size_t step = 1;       ///< samples to a row of the comparison
+  bool is_scattered = false;  ///< each sample is a state by itself, not one of a trajectory
 
   std::size_t samples() const noexcept { return static_cast<std::size_t>(position_rad.cols()); }
   /// Rows of the comparison.

@@ -10,7 +10,7 @@
 
 #include "identification/gap/parallel.h"
 #include "identification/gap/zero_phase.h"
-#include "identification/robot_gap/rigid_arm.h"
+#include "identification/robot_gap/link_motion.h"
 
 namespace identification::robot_gap {
 namespace {
@@ -27,14 +27,8 @@ constexpr double kAboveNoise = 3;
 constexpr double kStill_rad_per_s = 1e-6;
 /// A row counts if the joint moves for more than this share of the time that it averages.
 constexpr double kMovingShare = 0.5;
-constexpr double kZeroStep_rad = 1e-5;
-
-std::vector<InertialVector> inertial_vectors(const ArmDescription& arm) {
-  std::vector<InertialVector> links;
-  for (const control::ArmLink& link : arm.arm.links) links.push_back(inertial_vector(link.inertia));
-  links.back() += arm.payload_kg * unit_mass_at(arm.arm.X_LT * arm.p_TP_m);
-  return links;
-}
+/// Of an angle [rad] or a compliance [rad/(N·m)].
+constexpr double kStep = 1e-5;
 
 /// Mean of the sign over a sample: between two reversals exact for a constant acceleration.
 double mean_sign(double v, double a, double period_s) {
@@ -45,37 +39,22 @@ double mean_sign(double v, double a, double period_s) {
 
 /// All that terms of drives are made of, joints × samples.
 struct Samples {
-  Eigen::MatrixXd q;  // with the encoder zeros
+  LinkMotion link;
   Eigen::MatrixXd sign;
-  Eigen::MatrixXd rigid_Nm;
   Eigen::MatrixXd reported_Nm;
 };
-
-Eigen::MatrixXd rigid_torque_Nm(const ArmDescription& arm, const ArmMotion& motion, const Eigen::MatrixXd& q,
-                                const Eigen::Vector3d& gravity) {
-  RigidArm body(arm.arm);
-  const std::vector<InertialVector> links = inertial_vectors(arm);
-  Eigen::MatrixXd result(q.rows(), q.cols());
-  Eigen::VectorXd torque;
-  for (Eigen::Index i = 0; i < q.cols(); ++i) {
-    body.move(q.col(i), motion.velocity_rad_per_s.col(i), motion.acceleration_rad_per_s2.col(i), gravity);
-    body.torques(links, torque);
-    result.col(i) = torque;
-  }
-  return result;
-}
 
 double drive_torque(const ArmDescription& arm, const ArmMotion& motion, const Samples& s, Eigen::Index j,
                     Eigen::Index i) {
   const ArmDrive& drive = arm.drives[static_cast<std::size_t>(j)];
-  const double q = s.q(j, i);
+  const double q = s.link.q_rad(j, i);
   const double v = motion.velocity_rad_per_s(j, i);
   const double slower = v / drive.stribeck_speed_rad_per_s;
   double torque = drive.rotor_inertia_kg_m2 * motion.acceleration_rad_per_s2(j, i) +
                   drive.viscous_Nm_s_per_rad * v + drive.quadratic_drag_Nm_s2_per_rad2 * v * std::abs(v) +
                   drive.offset_Nm + drive.spring_Nm_per_rad * (q - drive.spring_rest_rad) +
                   drive.cable_2_Nm_per_rad2 * q * q + drive.cable_3_Nm_per_rad3 * q * q * q;
-  torque += s.sign(j, i) * (drive.coulomb_Nm + drive.load_friction * std::abs(s.rigid_Nm(j, i)) +
+  torque += s.sign(j, i) * (drive.coulomb_Nm + drive.load_friction * std::abs(s.link.rigid_Nm(j, i)) +
                             drive.stribeck_Nm * std::exp(-slower * slower));
   if (j > 0) torque += drive.friction_of_previous_Nm * s.sign(j - 1, i);
   if (j + 1 < s.sign.rows()) torque += drive.friction_of_next_Nm * s.sign(j + 1, i);
@@ -85,31 +64,23 @@ double drive_torque(const ArmDescription& arm, const ArmMotion& motion, const Sa
   return torque;
 }
 
-Eigen::MatrixXd with_zeros(const ArmDescription& arm, const ArmMotion& motion) {
-  Eigen::MatrixXd q = motion.position_rad;
-  for (std::size_t j = 0; j < arm.drives.size(); ++j)
-    q.row(static_cast<Eigen::Index>(j)).array() += arm.drives[j].encoder_zero_rad;
-  return q;
-}
-
 Eigen::MatrixXd reported(const ArmDescription& arm, const ArmMotion& motion, const Samples& s) {
-  Eigen::MatrixXd result(s.q.rows(), s.q.cols());
-  for (Eigen::Index j = 0; j < s.q.rows(); ++j)
-    for (Eigen::Index i = 0; i < s.q.cols(); ++i)
-      result(j, i) = (s.rigid_Nm(j, i) + drive_torque(arm, motion, s, j, i)) /
+  Eigen::MatrixXd result(s.link.q_rad.rows(), s.link.q_rad.cols());
+  for (Eigen::Index j = 0; j < s.link.q_rad.rows(); ++j)
+    for (Eigen::Index i = 0; i < s.link.q_rad.cols(); ++i)
+      result(j, i) = (s.link.rigid_Nm(j, i) + drive_torque(arm, motion, s, j, i)) /
                      arm.drives[static_cast<std::size_t>(j)].torque_scale;
   return result;
 }
 
 Samples samples_of(const ArmDescription& arm, const ArmMotion& motion) {
   Samples s;
-  s.q = with_zeros(arm, motion);
-  s.sign.resize(s.q.rows(), s.q.cols());
-  for (Eigen::Index j = 0; j < s.q.rows(); ++j)
-    for (Eigen::Index i = 0; i < s.q.cols(); ++i)
-      s.sign(j, i) =
-          mean_sign(motion.velocity_rad_per_s(j, i), motion.acceleration_rad_per_s2(j, i), motion.period_s);
-  s.rigid_Nm = rigid_torque_Nm(arm, motion, s.q, arm.gravity_B_m_per_s2);
+  s.link = link_motion(arm, motion);
+  s.sign.resize(s.link.q_rad.rows(), s.link.q_rad.cols());
+  for (Eigen::Index j = 0; j < s.link.q_rad.rows(); ++j)
+    for (Eigen::Index i = 0; i < s.link.q_rad.cols(); ++i)
+      s.sign(j, i) = mean_sign(motion.velocity_rad_per_s(j, i), motion.acceleration_rad_per_s2(j, i),
+                               motion.is_scattered ? 0 : motion.period_s);
   s.reported_Nm = reported(arm, motion, s);
   return s;
 }
@@ -143,7 +114,7 @@ InertialVector inertial_change(const ArmDescription& arm, const ArmTerm& term) {
 double drive_column(const ArmDescription& arm, const ArmMotion& motion, const Samples& s, const ArmTerm& term,
                     Eigen::Index i) {
   const Eigen::Index j = term.part;
-  const double q = s.q(j, i);
+  const double q = s.link.q_rad(j, i);
   const double v = motion.velocity_rad_per_s(j, i);
   switch (term.kind) {
     case Kind::kRotorInertia: return motion.acceleration_rad_per_s2(j, i);
@@ -151,7 +122,7 @@ double drive_column(const ArmDescription& arm, const ArmMotion& motion, const Sa
     case Kind::kViscous: return v;
     case Kind::kQuadraticDrag: return v * std::abs(v);
     case Kind::kOffset: return 1;
-    case Kind::kLoadFriction: return s.sign(j, i) * std::abs(s.rigid_Nm(j, i));
+    case Kind::kLoadFriction: return s.sign(j, i) * std::abs(s.link.rigid_Nm(j, i));
     case Kind::kStribeck: return s.sign(j, i) * std::exp(-(v / term.setting) * (v / term.setting));
     case Kind::kSpring: return q - arm.drives[static_cast<std::size_t>(j)].spring_rest_rad;
     case Kind::kCable: return term.index == 2 ? q * q : q * q * q;
@@ -204,12 +175,13 @@ class Columns {
     for (std::size_t k = 0; k < columns.size(); ++k)
       changes.col(static_cast<Eigen::Index>(k)) = inertial_change(arm_, terms[columns[k]]);
     RigidArm body(arm_.arm);
-    const Eigen::Index samples = samples_.q.cols();
+    const Eigen::Index samples = samples_.link.q_rad.cols();
     std::vector<std::vector<double>> signals(static_cast<std::size_t>(link + 1) * columns.size(),
                                              std::vector<double>(static_cast<std::size_t>(samples)));
     Eigen::MatrixXd torque;
     for (Eigen::Index i = 0; i < samples; ++i) {
-      body.move(samples_.q.col(i), motion_.velocity_rad_per_s.col(i), motion_.acceleration_rad_per_s2.col(i),
+      const LinkMotion& link_at = samples_.link;
+      body.move(link_at.q_rad.col(i), link_at.v_rad_per_s.col(i), link_at.a_rad_per_s2.col(i),
                 arm_.gravity_B_m_per_s2);
       body.torques(link, changes, torque);
       for (Eigen::Index j = 0; j <= link; ++j)
@@ -226,16 +198,16 @@ class Columns {
   void by_difference(std::size_t column, const ArmTerm& term) {
     ArmDescription less = arm_;
     ArmDescription more = arm_;
-    change(less, term, -kZeroStep_rad);
-    change(more, term, kZeroStep_rad);
+    change(less, term, -kStep);
+    change(more, term, kStep);
     const Eigen::MatrixXd slope =
-        (predicted_torque_Nm(more, motion_) - predicted_torque_Nm(less, motion_)) / (2 * kZeroStep_rad);
+        (predicted_torque_Nm(more, motion_) - predicted_torque_Nm(less, motion_)) / (2 * kStep);
     for (Eigen::Index j = 0; j < slope.rows(); ++j) write(j, column, row_of(slope, j));
   }
 
   void of_drive(std::size_t column, const ArmTerm& term) {
     const Eigen::Index j = term.part;
-    std::vector<double> signal(static_cast<std::size_t>(samples_.q.cols()));
+    std::vector<double> signal(static_cast<std::size_t>(samples_.link.q_rad.cols()));
     for (std::size_t i = 0; i < signal.size(); ++i) {
       const auto at = static_cast<Eigen::Index>(i);
       signal[i] = term.kind == Kind::kTorqueScale
@@ -247,7 +219,7 @@ class Columns {
 
   /// reported = true − lag·(rate of it)
   void lag(std::size_t column) {
-    for (Eigen::Index j = 0; j < samples_.q.rows(); ++j) {
+    for (Eigen::Index j = 0; j < samples_.link.q_rad.rows(); ++j) {
       std::vector<double> rate = gap::derivative(row_of(motion_.torque_Nm, j), motion_.period_s);
       for (double& one : rate) one = -one;
       write(j, column, rate);
@@ -375,7 +347,7 @@ ComparedRows compare(const ArmDescription& arm, std::span<const ArmMotion> motio
   for (std::size_t m = 0; m < motions.size(); ++m) {
     const ArmMotion& motion = motions[m];
     const Samples samples = samples_of(arm, motion);
-    for (Eigen::Index j = 0; j < samples.q.rows(); ++j) {
+    for (Eigen::Index j = 0; j < samples.link.q_rad.rows(); ++j) {
       const auto& place = places[m][static_cast<std::size_t>(j)];
       into_rows(motion, place, row_of(motion.torque_Nm, j), result.measured);
       into_rows(motion, place, row_of(samples.reported_Nm, j), result.predicted);
@@ -391,7 +363,7 @@ ComparedRows compare(const ArmDescription& arm, std::span<const ArmMotion> motio
       const ArmTerm& term = terms[column];
       if (term.kind == Kind::kLag)
         columns.lag(column);
-      else if (term.kind == Kind::kTilt || term.kind == Kind::kEncoderZero)
+      else if (term.kind == Kind::kTilt || term.kind == Kind::kEncoderZero || term.kind == Kind::kCompliance)
         columns.by_difference(column, term);
       else
         columns.of_drive(column, term);

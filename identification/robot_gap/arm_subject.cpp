@@ -80,6 +80,7 @@ ArmSubject::ArmSubject(const control::ArmDescription& arm, std::vector<ArmRecord
     channels_.push_back({link.joint, link.slides ? "N" : "N·m"});
   floor_ = noise_floor_Nm(arm, data, band_Hz_).cwiseMax(1e-9);
   longest_delay_s_ = kLongestLag_s;
+  has_linear_delay_ = true;
   ArmCatalogue catalogue =
       arm_catalogue(arm, top_speeds_rad_per_s(searched_motions_), options.ripples_per_rev);
   catalogue_ = std::move(catalogue.catalogue);
@@ -108,12 +109,13 @@ control::ArmDescription ArmSubject::changed(const Eigen::VectorXd& changes) cons
   return arm;
 }
 
-ComparedRows ArmSubject::compare(Part part, const Eigen::VectorXd& changes,
-                                 std::span<const std::size_t> terms) const {
+ComparedRows ArmSubject::compare(Part part, const Fitted& at, std::span<const std::size_t> terms) const {
   std::vector<ArmTerm> wanted;
   for (const std::size_t term : terms) wanted.push_back(terms_[term]);
   wanted.push_back({ArmTerm::Kind::kLag});
-  return robot_gap::compare(changed(changes), motions_of(part), plan(part), wanted);
+  ComparedRows rows = robot_gap::compare(changed(at.changes), motions_of(part), plan(part), wanted);
+  rows.predicted += at.delay_s * rows.columns.rightCols(1);
+  return rows;
 }
 
 std::vector<Coordinate> ArmSubject::coordinates(Part part, std::size_t row) const {

@@ -29,8 +29,7 @@ class ArmSubject final : public Subject {
   control::ArmDescription changed(const Eigen::VectorXd& changes) const;
   double band_Hz() const noexcept { return band_Hz_; }
 
-  ComparedRows compare(Part part, const Eigen::VectorXd& changes,
-                       std::span<const std::size_t> terms) const override;
+  ComparedRows compare(Part part, const Fitted& at, std::span<const std::size_t> terms) const override;
   std::vector<Coordinate> coordinates(Part part, std::size_t row) const override;
   double time_s(Part part, std::size_t row) const override;
   std::string deciding_experiment(const Eigen::VectorXd& one, const Eigen::VectorXd& other,

@@ -32,6 +32,7 @@ std::size_t at(int index) { return static_cast<std::size_t>(index); }
 double* of_drive(ArmDrive& drive, const ArmTerm& term) {
   switch (term.kind) {
     case Kind::kEncoderZero: return &drive.encoder_zero_rad;
+    case Kind::kCompliance: return &drive.compliance_rad_per_Nm;
     case Kind::kTorqueScale: return &drive.torque_scale;
     case Kind::kRotorInertia: return &drive.rotor_inertia_kg_m2;
     case Kind::kCoulomb: return &drive.coulomb_Nm;
@@ -58,6 +59,7 @@ ArmDrive::Ripple* find_ripple(ArmDrive& drive, double periods_per_rev) {
 bool never_negative(Kind kind) {
   switch (kind) {
     case Kind::kPayloadMass:
+    case Kind::kCompliance:
     case Kind::kRotorInertia:
     case Kind::kCoulomb:
     case Kind::kViscous:
@@ -84,6 +86,7 @@ std::string term_name(const ArmTerm& term, const ArmDescription& arm) {
       return std::string("tilt_about_") + "xyz"[nearest] + "_rad";
     }
     case Kind::kEncoderZero: return "encoder_zero_rad";
+    case Kind::kCompliance: return "compliance_rad_per_Nm";
     case Kind::kTorqueScale: return "torque_scale";
     case Kind::kRotorInertia: return "rotor_inertia_kg_m2";
     case Kind::kCoulomb: return "coulomb_Nm";
@@ -115,7 +118,8 @@ gap::Bounds change_bounds(const ArmTerm& term, const ArmDescription& arm) {
 /// Whether torques are a sum over such terms.
 bool is_linear(Kind kind) {
   return kind != Kind::kPayloadMoment && kind != Kind::kLinkCentre && kind != Kind::kTilt &&
-         kind != Kind::kEncoderZero && kind != Kind::kTorqueScale && kind != Kind::kLoadFriction;
+         kind != Kind::kEncoderZero && kind != Kind::kCompliance && kind != Kind::kTorqueScale &&
+         kind != Kind::kLoadFriction;
 }
 
 /// Collects terms, each once.
@@ -187,6 +191,10 @@ void add_drive(Collector& all, const ArmDescription& arm, int joint, double top_
   all.add("rotor_inertia", joint, {{Kind::kRotorInertia, joint}});
   all.add("torque_constant", joint, {{Kind::kTorqueScale, joint}});
   all.add("encoder_zero", joint, {{Kind::kEncoderZero, joint}});
+  if (drive.compliance_rad_per_Nm == 0 || !drive.friction_before_gear)
+    all.add("elasticity", joint, {{Kind::kCompliance, joint, 0}});
+  if (drive.compliance_rad_per_Nm == 0 || drive.friction_before_gear)
+    all.add("elasticity", joint, {{Kind::kCompliance, joint, 1}});
   if (drive.stribeck_Nm != 0)
     all.add("stribeck", joint, {{Kind::kStribeck, joint, 0, drive.stribeck_speed_rad_per_s}});
   else
@@ -283,6 +291,7 @@ void change(ArmDescription& arm, const ArmTerm& term, double by) {
       return;
     }
     case Kind::kStribeck: drive.stribeck_speed_rad_per_s = term.setting; break;
+    case Kind::kCompliance: drive.friction_before_gear = term.index == 1; break;
     default: break;
   }
   if (double* const value = of_drive(drive, term)) *value += by;

@@ -24,6 +24,7 @@ struct ArmTerm {
     kLinkInertia,    ///< [kg·m²] about the centre, in L
     kTilt,           ///< of gravity, about an axis of B [rad]
     kEncoderZero,    ///< [rad]
+    kCompliance,     ///< [rad/(N·m)]; `index` 1: friction acts before the gear
     kTorqueScale,
     kRotorInertia,
     kCoulomb,

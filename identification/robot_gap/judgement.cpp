@@ -53,8 +53,8 @@ double rms_where(const Eigen::VectorXd& residual, const View& view, std::size_t 
 }  // namespace
 
 Eigen::VectorXd residual_of(const View& view, const Fitted& fitted) {
-  const ComparedRows rows = view.subject.compare(view.part, fitted.changes, {});
-  return rows.measured - rows.predicted - fitted.delay_s * rows.columns.col(0);
+  const ComparedRows rows = view.subject.compare(view.part, fitted, {});
+  return rows.measured - rows.predicted;
 }
 
 double rms_of_channel(const Eigen::VectorXd& residual, const RowPlan& plan, Eigen::Index channel) {
@@ -111,7 +111,7 @@ Harm worst_harm(const Eigen::VectorXd& before, const Eigen::VectorXd& after, con
 
 std::vector<std::vector<fit::Estimate>> intervals(const View& view, const Fitted& fitted,
                                                   const Chosen& chosen, std::uint64_t seed) {
-  const Linearised rows(view, fitted.changes, chosen);
+  const Linearised rows(view, fitted, chosen);
   const gap::BlockRegression::Target target = rows.regression().target(rows.residual());
   const Eigen::Index columns = rows.columns().cols();
   const RowPlan& plan = view.plan();

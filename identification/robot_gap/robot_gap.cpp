@@ -38,9 +38,9 @@ struct Dense {
   Eigen::VectorXd held_out_residual;  ///< of the held-out ones
 };
 Dense dense_fit(const View& searched, const View& held_out) {
-  const auto terms = static_cast<Eigen::Index>(searched.catalogue().terms.size());
-  const Linearised rows(searched, Eigen::VectorXd::Zero(terms));
-  const std::vector<gap::Bounds> free(static_cast<std::size_t>(terms + 1));
+  const Fitted given = fit_chosen(searched, {});
+  const Linearised rows(searched, given);
+  const std::vector<gap::Bounds> free(static_cast<std::size_t>(rows.columns().cols()));
   const Eigen::VectorXd by = gap::bounded_solution(rows.columns().transpose() * rows.columns(),
                                                    rows.columns().transpose() * rows.residual(), free);
   const auto left = [&](const Linearised& at, const View& view) {
@@ -49,7 +49,7 @@ Dense dense_fit(const View& searched, const View& held_out) {
       residual[i] *= view.sigma[view.plan().rows[static_cast<std::size_t>(i)].channel];
     return residual;
   };
-  return {left(rows, searched), left(Linearised(held_out, Eigen::VectorXd::Zero(terms)), held_out)};
+  return {left(rows, searched), left(Linearised(held_out, given), held_out)};
 }
 
 /// Friction that the given model has, to be refitted as a baseline.
@@ -196,7 +196,7 @@ class Analysis {
   };
   Removed removed_by(std::size_t place) const {
     const std::vector<std::size_t>& terms = catalogue_.candidates[outcome_.chosen[place]].terms;
-    const ComparedRows rows = subject_.compare(Part::kHeldOut, fitted_.changes, terms);
+    const ComparedRows rows = subject_.compare(Part::kHeldOut, fitted_, terms);
     const auto own = static_cast<Eigen::Index>(terms.size());
     const Eigen::VectorXd less = residual_of(held_, without(place));
     Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(floor_.size(), 6);
@@ -262,7 +262,7 @@ class Analysis {
 
   void describe_effects(RobotResult& result) {
     if (outcome_.chosen.empty()) return;
-    const auto rows = std::make_unique<Linearised>(searched_, fitted_.changes);
+    const auto rows = std::make_unique<Linearised>(searched_, fitted_);
     const auto estimates = intervals(searched_, fitted_, outcome_.chosen, options_.seed);
     std::vector<std::size_t> banned;
     for (const Refuted& one : refuted_) banned.push_back(one.candidate);
@@ -323,7 +323,7 @@ class Analysis {
     if (outcome_.next && outcome_.next->gain > 0)
       result.rejected.push_back({name_of(outcome_.next->candidate), outcome_.next->reason});
     result.shares = shares_of(before_, after_, held_);
-    const ComparedRows rows = subject_.compare(Part::kHeldOut, as_given(subject_).changes, {});
+    const ComparedRows rows = subject_.compare(Part::kHeldOut, as_given(subject_), {});
     result.traces = traces_of(rows.measured, before_, after_, held_);
     judge(result);
   }

@@ -70,7 +70,7 @@ FittedAlone fitted_alone(const View& view, const Chosen& chosen) {
   });
   const int rounds = is_linear ? 1 : kFits;
   for (int round = 0; round < rounds; ++round) {
-    const Linearised rows(view, result.fitted.changes, chosen);
+    const Linearised rows(view, result.fitted, chosen);
     gap::BlockRegression::Fit fit = rows.fit(chosen);
     result.fitted = rows.fitted(rows.columns_of(chosen), fit.coefficients);
     result.left_out = std::move(fit.held_out_of);
@@ -270,19 +270,21 @@ Fitted as_given(const Subject& subject) {
   return {Eigen::VectorXd::Zero(static_cast<Eigen::Index>(subject.catalogue().terms.size())), 0};
 }
 
-Linearised::Linearised(const View& view, const Eigen::VectorXd& at)
+Linearised::Linearised(const View& view, const Fitted& at)
     : Linearised(view, at, Terms{all_terms(view.catalogue())}) {}
 
-Linearised::Linearised(const View& view, const Eigen::VectorXd& at, const Chosen& candidates)
+Linearised::Linearised(const View& view, const Fitted& at, const Chosen& candidates)
     : Linearised(view, at, Terms{terms_of(view.catalogue(), candidates)}) {}
 
-Linearised::Linearised(const View& view, const Eigen::VectorXd& at, Terms terms)
+Linearised::Linearised(const View& view, const Fitted& at, Terms terms)
     : subject_(view.subject), terms_(std::move(terms.list)), regression_(columns_, {}, kFolds) {
   ComparedRows rows = subject_.compare(view.part, at, terms_);
   columns_ = std::move(rows.columns);
   residual_ = rows.measured - rows.predicted;
   for (std::size_t k = 0; k < terms_.size(); ++k)
-    residual_ += columns_.col(static_cast<Eigen::Index>(k)) * at[static_cast<Eigen::Index>(terms_[k])];
+    residual_ +=
+        columns_.col(static_cast<Eigen::Index>(k)) * at.changes[static_cast<Eigen::Index>(terms_[k])];
+  residual_ += columns_.rightCols(1) * at.delay_s;
   const RowPlan& plan = view.plan();
   for (Eigen::Index i = 0; i < residual_.size(); ++i) {
     const double weight = 1 / view.sigma[plan.rows[static_cast<std::size_t>(i)].channel];
@@ -348,10 +350,10 @@ SearchOutcome search(const View& view, std::span<const std::size_t> banned, cons
   SearchOutcome outcome{.fitted = as_given(view.subject), .chosen = {}, .added = {}, .next = {}};
   std::vector<double> p_values(catalogue.candidates.size(), 1.0);
   std::set<Chosen> seen;
-  auto rows = std::make_unique<Linearised>(view, outcome.fitted.changes);
+  auto rows = std::make_unique<Linearised>(view, outcome.fitted);
   const auto refit = [&] {
     outcome.fitted = fit_chosen(view, outcome.chosen);
-    rows = std::make_unique<Linearised>(view, outcome.fitted.changes);
+    rows = std::make_unique<Linearised>(view, outcome.fitted);
   };
   const double of_all = rows->left_out({});
   while (outcome.chosen.size() < kMostEffects && !is_quiet(*rows, outcome.chosen, view)) {

@@ -50,11 +50,7 @@ struct LeftOut {
   std::string reason;
 };
 
-/// A model: the changes of all terms from the given one, and the delay of the measured quantity.
-struct Fitted {
-  Eigen::VectorXd changes;
-  double delay_s = 0;
-};
+/// Without changes and delay.
 Fitted as_given(const Subject& subject);
 
 /// A comparison that is linear in some terms: residuals of the given model, and their derivatives by those
@@ -62,9 +58,9 @@ Fitted as_given(const Subject& subject);
 class Linearised {
  public:
   /// Of all terms of the catalogue.
-  Linearised(const View& view, const Eigen::VectorXd& at);
+  Linearised(const View& view, const Fitted& at);
   /// Of the terms of these candidates alone.
-  Linearised(const View& view, const Eigen::VectorXd& at, const Chosen& candidates);
+  Linearised(const View& view, const Fitted& at, const Chosen& candidates);
   Linearised(const Linearised&) = delete;
   Linearised& operator=(const Linearised&) = delete;
 
@@ -86,7 +82,7 @@ class Linearised {
   struct Terms {
     std::vector<std::size_t> list;
   };
-  Linearised(const View& view, const Eigen::VectorXd& at, Terms terms);
+  Linearised(const View& view, const Fitted& at, Terms terms);
 
   const Subject& subject_;
   std::vector<std::size_t> terms_;  // of each column but the last

@@ -63,6 +63,12 @@ struct ComparedRows {
   Eigen::MatrixXd columns;  ///< derivative of the prediction by each term, then by the delay [1/s]
 };
 
+/// A model: the changes of all terms from the given one, and the delay of the measured quantity.
+struct Fitted {
+  Eigen::VectorXd changes;
+  double delay_s = 0;
+};
+
 /// Recordings that are searched, or those that judge.
 enum class Part : std::uint8_t { kSearched, kHeldOut };
 
@@ -94,9 +100,11 @@ class Subject {
   }
   double longest_delay_s() const noexcept { return longest_delay_s_; }
 
-  /// `changes`: of every term of the catalogue from the given model. Columns of `terms`, then of the delay.
-  virtual ComparedRows compare(Part part, const Eigen::VectorXd& changes,
-                               std::span<const std::size_t> terms) const = 0;
+  /// Whether predictions change in proportion to the delay: one fit finds it.
+  bool has_linear_delay() const noexcept { return has_linear_delay_; }
+
+  /// Predictions of a model. Columns of `terms`, then of the delay.
+  virtual ComparedRows compare(Part part, const Fitted& at, std::span<const std::size_t> terms) const = 0;
   /// Of a row of the plan, beside its channel and recording.
   virtual std::vector<Coordinate> coordinates(Part part, std::size_t row) const = 0;
   virtual double time_s(Part part, std::size_t row) const = 0;
@@ -113,6 +121,7 @@ class Subject {
   std::vector<std::string> searched_names_;
   std::vector<std::string> held_out_names_;
   double longest_delay_s_ = 0;
+  bool has_linear_delay_ = false;
 };
 
 }  // namespace identification::robot_gap

@@ -38,6 +38,7 @@ constexpr std::array kDriveKeys{
     DriveKey{"gear_ratio", &ArmDrive::gear_ratio, 1e-6},
     DriveKey{"torque_scale", &ArmDrive::torque_scale, 1e-6},
     DriveKey{"encoder_zero_rad", &ArmDrive::encoder_zero_rad, kAny},
+    DriveKey{"compliance_rad_per_Nm", &ArmDrive::compliance_rad_per_Nm, 0},
     DriveKey{"rotor_inertia_kg_m2", &ArmDrive::rotor_inertia_kg_m2, 0},
     DriveKey{"coulomb_Nm", &ArmDrive::coulomb_Nm, 0},
     DriveKey{"viscous_Nm_s_per_rad", &ArmDrive::viscous_Nm_s_per_rad, 0},
@@ -175,6 +176,7 @@ class RobotReader {
       for (const char* key : {"position_factor", "torque_factor"})
         if (known && (key[0] == 'p' ? robot_.columns.position_factor : robot_.columns.torque_factor)[at] == 0)
           table.refuse(key, "is zero: nothing would be read");
+      table.boolean("friction_before_gear", drive.friction_before_gear);
       read_ripples(table, drive);
       if (joint.empty() || names.empty()) continue;
       if (!known) {
@@ -330,6 +332,7 @@ class RobotWriter {
       text_ += fmt::format("position_factor = {}\n", robot_number(columns.position_factor[i]));
     if (columns.torque_factor[i] != 1)
       text_ += fmt::format("torque_factor = {}\n", robot_number(columns.torque_factor[i]));
+    if (drive.friction_before_gear) text_ += "friction_before_gear = true\n";
     for (const ArmDrive::Ripple& ripple : drive.ripples) {
       text_ += fmt::format("[[drive.ripple]]\nperiods_per_rev = {}\nsine_Nm = {}\ncosine_Nm = {}\n",
                            robot_number(ripple.periods_per_rev), robot_number(ripple.sine_Nm),

@@ -39,6 +39,7 @@ std::optional<double> true_value(const HiddenEffect& hidden, const std::vector<F
   if (hidden.effect == "torque_constant") return 1 + hidden.size;
   if (hidden.effect == "torque_offset" || hidden.effect == "load_friction" || hidden.effect == "encoder_zero")
     return hidden.size;
+  if (hidden.effect == "elasticity") return 1 / hidden.size;
   return {};
 }
 
@@ -86,13 +87,12 @@ std::vector<RobotCase> robot_cases(std::uint64_t seeds) {
       for (const char* const effect : {"payload", "gravity_direction"})
         add(Kind::kOne, {sized(design, effect, -1)});
       for (const char* const effect : {"link_mass", "coulomb", "viscous", "torque_constant", "encoder_zero",
-                                       "spring", "load_friction", "torque_offset"})
+                                       "spring", "load_friction", "torque_offset", "elasticity"})
         // Of the first link and joint, a vertical axis shows neither mass nor zero.
         add(Kind::kOne, {sized(design, effect, std::max(joint, arm == "planar" ? 0 : 1))});
       add(Kind::kPair, {sized(design, "payload", -1), sized(design, "coulomb", other)});
       add(Kind::kPair, {sized(design, "torque_constant", joint), sized(design, "viscous", other)});
       add(Kind::kPair, {sized(design, "gravity_direction", -1), sized(design, "coulomb", joint)});
-      add(Kind::kOutside, {sized(design, "elasticity", std::max(joint, 1))});
       add(Kind::kOutside, {sized(design, "end_stop", joint, 4)});
       add(Kind::kOutside, {sized(design, "pulse", joint, 2)});
       add(Kind::kOutside, {sized(design, "warming_friction", joint, 3)});

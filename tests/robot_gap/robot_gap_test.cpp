@@ -49,6 +49,14 @@ INSTANTIATE_TEST_SUITE_P(Arms, RobotGapNames,
                                          "elbow: gravity_direction", "elbow: spring 2",
                                          "planar: torque_constant 2 + viscous 1"));
 
+TEST(RobotGap, NamesAnElasticGearAndItsCompliance) {
+  const RobotCase asked = case_of("planar: elasticity 2");
+  const Answer answered = answer(asked);
+  EXPECT_TRUE(answered.right) << named(answered);
+  const double true_rad_per_Nm = 1 / asked.hidden.front().size;
+  EXPECT_NEAR(answered.arm.drives[1].compliance_rad_per_Nm, true_rad_per_Nm, 0.05 * true_rad_per_Nm);
+}
+
 TEST(RobotGap, ATiltInThePlaneOfAnArmIsARivalOfItsFirstEncodersZero) {
   const Answer answered = answer(case_of("planar: gravity_direction"));
   EXPECT_EQ(answered.result.verdict, Verdict::kAmbiguous);
@@ -64,7 +72,7 @@ TEST_P(RobotGapAbstains, FromWhatIsNotInTheLibrary) {
   EXPECT_EQ(gap.after, gap.before);
 }
 INSTANTIATE_TEST_SUITE_P(Arms, RobotGapAbstains,
-                         testing::Values("planar: elasticity 2", "planar: warming_friction 2"));
+                         testing::Values("planar: pulse 2", "planar: warming_friction 2"));
 
 // A right gap for a wrong reason: without the effect, on the arm and in the model, the model must fit again.
 TEST(RobotGap, WithoutTheNamedEffectOnArmAndModelTheGapIsClosedToo) {
