@@ -97,9 +97,11 @@ Harm worst_harm(const Eigen::VectorXd& before, const Eigen::VectorXd& after, con
                                ? ratio > kObvious
                                : ratio > kNoticeable && gap::decisiveness(own_after, own_before) > kHarmful;
       if (!harmful || increase <= worst_increase) continue;
+      const double left = rms_where(after, view, m, channel);
+      // What the sensors' noise leaves is no harm.
+      if (left <= (channel < 0 ? 1 : view.subject.noise_floor()[channel])) continue;
       worst_increase = increase;
-      worst = {true, motions[m], "noise floors", rms_where(before, view, m, channel),
-               rms_where(after, view, m, channel)};
+      worst = {true, motions[m], "noise floors", rms_where(before, view, m, channel), left};
       if (channel < 0) continue;
       const Channel& own = view.subject.channels()[static_cast<std::size_t>(channel)];
       worst.place += ", " + own.name;
