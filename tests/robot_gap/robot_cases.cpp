@@ -23,13 +23,6 @@ NamedEffect wanted(const HiddenEffect& hidden) {
   return {hidden.effect, (is_link ? "link" : "joint") + std::to_string(hidden.part + 1)};
 }
 
-bool same(const NamedEffect& a, const NamedEffect& b) { return a.effect == b.effect && a.part == b.part; }
-
-bool covers(const FoundPart& found, const NamedEffect& name) {
-  return same(found.name, name) || std::any_of(found.equivalent.begin(), found.equivalent.end(),
-                                               [&](const NamedEffect& rival) { return same(rival, name); });
-}
-
 /// The number that the answer should have for an effect; nothing for those of several numbers.
 std::optional<double> true_value(const HiddenEffect& hidden, const std::vector<Friction>& friction) {
   if (hidden.part < 0) return {};
@@ -131,7 +124,7 @@ Answer answer(const RobotCase& asked) {
   held_out.push_back(
       as_recorded(arm.record({.seconds = 25, .tempo = 1.2, .seed = 10 * asked.seed + 3}, "quick")));
   const auto begin = std::chrono::steady_clock::now();
-  Answer result{.asked = asked, .result = {}, .arm = {}};
+  Answer result;
   const identification::robot_gap::ArmSubject subject(published(design, arm.friction()), std::move(data),
                                                       std::move(held_out), {});
   result.result = identification::robot_gap::analyse(subject, {.seed = asked.seed});
@@ -141,26 +134,12 @@ Answer answer(const RobotCase& asked) {
   std::vector<NamedEffect> truth;
   if (asked.kind != RobotCase::Kind::kOutside)
     for (const HiddenEffect& hidden : asked.hidden) truth.push_back(wanted(hidden));
-  const std::vector<FoundPart>& named = result.result.effects;
-  const auto is_named = [&](const NamedEffect& one) {
-    return std::any_of(named.begin(), named.end(), [&](const FoundPart& f) { return same(f.name, one); });
-  };
-  result.right = named.size() == truth.size() && std::all_of(truth.begin(), truth.end(), is_named);
-  result.among_rivals =
-      named.size() == truth.size() && std::all_of(truth.begin(), truth.end(), [&](const NamedEffect& one) {
-        return std::any_of(named.begin(), named.end(), [&](const FoundPart& f) { return covers(f, one); });
-      });
-  result.wrong_name = std::any_of(named.begin(), named.end(), [&](const FoundPart& f) {
-    return std::none_of(truth.begin(), truth.end(), [&](const NamedEffect& one) { return covers(f, one); });
-  });
+  judge_names(result, truth);
+  if (!result.right) return result;
   for (const HiddenEffect& hidden : asked.hidden)
-    for (const FoundPart& found : named) {
-      const std::optional<double> value = true_value(hidden, arm.friction());
-      if (!result.right || !value || !same(found.name, wanted(hidden))) continue;
-      ++result.parameters;
-      const auto& estimate = found.parameters.front();
-      result.parameters_inside += estimate.lower <= *value && *value <= estimate.upper ? 1 : 0;
-    }
+    for (const FoundPart& found : result.result.effects)
+      if (const auto value = true_value(hidden, arm.friction()); value && same(found.name, wanted(hidden)))
+        judge_parameter(result, found, *value);
   return result;
 }
 

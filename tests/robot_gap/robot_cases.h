@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "identification/robot_gap/arm_subject.h"
-#include "identification/robot_gap/robot_gap.h"
 #include "tests/robot_gap/hidden_arm.h"
+#include "tests/robot_gap/judged.h"
 
 namespace robot_gap_test {
 
@@ -22,16 +22,8 @@ struct RobotCase {
 /// All kinds on all arms, with the sizes that a laboratory would notice.
 std::vector<RobotCase> robot_cases(std::uint64_t seeds);
 
-struct Answer {
-  RobotCase asked;
-  identification::robot_gap::RobotResult result;
+struct Answer : Judged {
   control::ArmDescription arm;  // with the corrections
-  bool right = false;           // exactly the hidden effects on their parts, or nothing
-  bool among_rivals = false;    // every hidden effect is named, or is a rival of a named one, and none else
-  bool wrong_name = false;      // something is named that is not there and has no rival that is
-  int parameters = 0;           // of right effects whose true value is one number
-  int parameters_inside = 0;    // their 95 % intervals
-  double seconds = 0;
 };
 Answer answer(const RobotCase& asked);
 
