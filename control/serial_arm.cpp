@@ -2,6 +2,7 @@
 
 #include <urdf_parser/urdf_parser.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cstddef>
 #include <map>
@@ -11,6 +12,9 @@
 
 namespace control {
 namespace {
+
+/// Of the numbers of a URDF.
+constexpr double kRounding = 1e-6;
 
 Eigen::Vector3d vector_of(const urdf::Vector3& v) { return {v.x, v.y, v.z}; }
 Eigen::Isometry3d isometry_of(const urdf::Pose& pose) {
@@ -103,6 +107,11 @@ ArmLink moved_link(const urdf::ModelInterface& robot, const urdf::Joint& joint, 
   if (!result.inertia.p_LC_m.allFinite() || !result.inertia.about_C_kg_m2.allFinite() ||
       result.inertia.mass_kg < 0)
     throw bad_arm("link " + result.link + " needs a finite inertia and a mass that is not negative");
+  const Eigen::Matrix3d& inertia = result.inertia.about_C_kg_m2;
+  const Eigen::Vector3d moments = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(inertia).eigenvalues();
+  if (moments.minCoeff() < -kRounding * moments.cwiseAbs().maxCoeff())
+    throw bad_arm("link " + result.link +
+                  " has a negative moment of inertia about an axis, which no body has: check ixx to izz");
   return result;
 }
 

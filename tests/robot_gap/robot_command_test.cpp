@@ -134,6 +134,14 @@ TEST_F(GapRobot, RefusesColumnsThatTwoJointsShareAndFactorsOfZero) {
   expect_refused("--data" + recording("A_fast_1.csv"), "torque_factor' is zero");
 }
 
+TEST_F(GapRobot, RefusesAnInertiaThatNoBodyHas) {
+  std::string urdf = read(data_ / "arm.urdf");
+  const std::size_t at = urdf.find("ixx=\"");
+  ASSERT_NE(at, std::string::npos);
+  directory_.write("arm.urdf", urdf.insert(at + 5, "-"));
+  expect_refused("--data" + recording("A_fast_1.csv"), "has a negative moment of inertia");
+}
+
 TEST_F(GapRobot, RefusesAUrdfWithARing) {
   const auto joint = [](const char* name, const char* type, const char* parent, const char* child) {
     return std::string(R"(<joint name=")") + name + R"(" type=")" + type + R"("><parent link=")" + parent +
