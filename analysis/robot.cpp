@@ -4,6 +4,7 @@
 #include <iterator>
 #include <utility>
 
+#include "runtime/configuration/base_file.h"
 #include "runtime/configuration/whole_file.h"
 #include "runtime/log.h"
 #include "runtime/program/progress_line.h"
@@ -19,7 +20,7 @@ constexpr const char* kRobotFiles[] = {"model.toml", "report.html", "gap.json"};
 
 void explain_robot(const RobotGapOptions& options) {
   runtime::ProgressLine progress("youbot-gap", options.quiet);
-  OpenedRobot robot = open_arm(options);
+  OpenedRobot robot = runtime::describes_base(options.model) ? open_base(options) : open_arm(options);
   if (!robot.warnings.empty()) progress.finish();
   for (const std::string& warning : robot.warnings) spdlog::warn("{}", warning);
   runtime::require_no_results(options.out, {std::begin(kRobotFiles), std::end(kRobotFiles)});
@@ -30,6 +31,7 @@ void explain_robot(const RobotGapOptions& options) {
   const auto show = [&progress](std::string_view what, double done) { progress.show(what, done); };
   findings.result =
       identification::robot_gap::analyse(*robot.subject, {.seed = options.seed, .progress = show});
+  if (robot.complete) robot.complete(findings);
   made.keep();
   const std::string texts[] = {robot.model_text(findings, options.out), robot_report_html(findings),
                                robot_gap_json(findings)};

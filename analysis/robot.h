@@ -22,15 +22,32 @@ struct RobotGapOptions {
   bool quiet = false;
 };
 
+/// Of a base: the path of a whole run, predicted from its first pose.
+struct PathGap {
+  std::string recording;
+  double run = 0;  ///< of the column; 0 without
+  bool held_out = false;
+  double length_m = 0;  ///< of the measured path
+  /// Predicted minus measured.
+  struct Error {
+    double rms_m = 0;  ///< over the run
+    double end_m = 0;
+    double end_heading_rad = 0;
+  };
+  Error before{};
+  Error after{};
+};
+
 struct RobotFindings {
   std::string name;  ///< of the robot; may be empty
   std::string base_path;
   std::vector<std::string> data;  ///< names of the searched recordings
   std::uint64_t seed = 1;
   identification::robot_gap::RobotResult result;
-  std::string channel_word;  ///< what a channel is: "joint"
-  std::string metric;        ///< "rms torque residual over all joints, held-out"
-  std::string comparison;    ///< what is compared and what the noise floor is: sentences for the report
+  std::vector<PathGap> paths{};  ///< of a base
+  std::string channel_word;      ///< what a channel is: "joint"
+  std::string metric;            ///< "rms torque residual over all joints, held-out"
+  std::string comparison;        ///< what is compared and what the noise floor is: sentences for the report
 };
 
 /// A robot with its recordings, ready for the search.
@@ -38,6 +55,8 @@ struct OpenedRobot {
   std::unique_ptr<identification::robot_gap::Subject> subject;
   RobotFindings findings;             ///< without the result
   std::vector<std::string> warnings;  ///< of the recordings
+  /// Adds to the findings of the search what is of this kind of robot; may be empty.
+  std::function<void(RobotFindings& findings)> complete{};
   /// Text of the delivered model, for a file in `out`.
   std::function<std::string(const RobotFindings& findings, const std::filesystem::path& out)> model_text;
 };
@@ -45,6 +64,8 @@ struct OpenedRobot {
 /// @throws runtime::ConfigError with the problems of the robot file or of every recording;
 /// std::invalid_argument if the data cannot answer the question.
 OpenedRobot open_arm(const RobotGapOptions& options);
+/// A base, its wheels and its measured pose; otherwise the same.
+OpenedRobot open_base(const RobotGapOptions& options);
 
 /// Texts of two of the three files, and of the terminal.
 std::string robot_gap_json(const RobotFindings& findings);

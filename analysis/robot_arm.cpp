@@ -1,16 +1,14 @@
 #include <spdlog/fmt/fmt.h>
 
-#include <algorithm>
 #include <memory>
 #include <system_error>
 #include <utility>
 
-#include "analysis/inputs.h"
 #include "analysis/model_header.h"
 #include "analysis/robot.h"
+#include "analysis/robot_tables.h"
 #include "identification/fit/statistics.h"
 #include "identification/robot_gap/arm_subject.h"
-#include "runtime/recording/recording_reader.h"
 
 namespace analysis {
 namespace {
@@ -22,39 +20,15 @@ using identification::robot_gap::ArmSubject;
 std::string position_quantity(std::size_t joint) { return fmt::format("joint_{}_position_rad", joint + 1); }
 std::string torque_quantity(std::size_t joint) { return fmt::format("joint_{}_torque_Nm", joint + 1); }
 
-std::shared_ptr<const runtime::ColumnMap> column_map(const runtime::RobotFile& robot, const std::string& name,
-                                                     const std::string& time) {
-  auto map = std::make_shared<runtime::ColumnMap>();
-  map->name = name;
-  map->columns.push_back({"time_s", time});
+runtime::ColumnMap arm_columns(const runtime::RobotFile& robot, const std::string& name) {
+  runtime::ColumnMap map;
+  map.name = name;
   for (std::size_t j = 0; j < robot.arm.drives.size(); ++j) {
     const runtime::RobotFile::Columns& columns = robot.columns;
-    map->columns.push_back({position_quantity(j), columns.position[j], columns.position_factor[j]});
-    map->columns.push_back({torque_quantity(j), columns.torque[j], columns.torque_factor[j]});
+    map.columns.push_back({position_quantity(j), columns.position[j], columns.position_factor[j]});
+    map.columns.push_back({torque_quantity(j), columns.torque[j], columns.torque_factor[j]});
   }
   return map;
-}
-
-/// Whether the table calls its time otherwise.
-bool lacks_time(const runtime::RecordingError& error, const std::string& time) {
-  return std::ranges::any_of(error.problems(), [&](const std::string& problem) {
-    return problem.find("there is no column '" + time + "'") != std::string::npos;
-  });
-}
-
-runtime::ReadRecording read_table(const runtime::RobotFile& robot, const std::string& robot_path,
-                                  const fs::path& path) {
-  const auto read = [&](const std::string& time) {
-    return runtime::read_recording(path,
-                                   runtime::ReadOptions{.columns = column_map(robot, robot_path, time)});
-  };
-  if (!robot.columns.time.empty()) return read(robot.columns.time);
-  try {
-    return read("t_s");
-  } catch (const runtime::RecordingError& error) {
-    if (!lacks_time(error, "t_s")) throw;
-  }
-  return read("time_s");
 }
 
 /// Straight lines would bridge it, and their ends would be accelerations.
@@ -89,32 +63,18 @@ struct ArmRecordings {
   std::vector<std::string> warnings;
 };
 ArmRecordings read_arm_recordings(const runtime::RobotFile& robot, const RobotGapOptions& options) {
-  const RecordingFiles files = recording_files(options.data, options.held_out);
-  std::vector<std::string> problems;
   ArmRecordings result;
   const std::size_t joints = robot.arm.drives.size();
-  for (std::size_t i = 0; i < files.names.size(); ++i) {
-    const bool searched = i < files.data.size();
-    const fs::path& path = searched ? files.data[i] : files.held_out[i - files.data.size()];
-    try {
-      runtime::ReadRecording read = read_table(robot, options.model.string(), path);
-      // Columns that a robot file does not name are no mistake.
-      std::erase_if(read.warnings, [](const std::string& text) {
-        return text.find("were left out") != std::string::npos && text.find("columns") != std::string::npos;
+  result.warnings = read_robot_tables(
+      options, arm_columns(robot, options.model.string()), robot.columns.time, [&](const RobotTable& table) {
+        const auto time_s = table.recording.column("time_s");
+        ArmRecording recording{table.name,
+                               {time_s.begin(), time_s.end()},
+                               gathered(table.recording, joints, &position_quantity),
+                               gathered(table.recording, joints, &torque_quantity)};
+        require_no_pause(recording, table.path);
+        (table.is_searched ? result.data : result.held_out).push_back(std::move(recording));
       });
-      result.warnings.insert(result.warnings.end(), read.warnings.begin(), read.warnings.end());
-      const auto time_s = read.recording.column("time_s");
-      ArmRecording recording{files.names[i],
-                             {time_s.begin(), time_s.end()},
-                             gathered(read.recording, joints, &position_quantity),
-                             gathered(read.recording, joints, &torque_quantity)};
-      require_no_pause(recording, path);
-      (searched ? result.data : result.held_out).push_back(std::move(recording));
-    } catch (const runtime::ConfigError& error) {
-      problems.insert(problems.end(), error.problems().begin(), error.problems().end());
-    }
-  }
-  if (!problems.empty()) throw runtime::ConfigError(std::move(problems));
   return result;
 }
 

@@ -6,13 +6,13 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
-#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 
 #include "identification/fit/statistics.h"
 #include "identification/gap/implied_drive.h"
+#include "identification/gap/quantum.h"
 #include "identification/gap/wording.h"
 #include "identification/gap/zero_phase.h"
 
@@ -36,14 +36,6 @@ constexpr double kMinGear = 2.5;
 constexpr double kModelTolerance = 1.25;
 /// Friction is less accurate.
 constexpr double kFrictionTolerance = 2;
-
-/// Steps of a quantised position are whole multiples of the encoder's, to this share of it; so are almost all
-/// of at least so many.
-constexpr double kOfStep = 0.05;
-constexpr double kMostSteps = 0.99;
-constexpr std::size_t kEnoughSteps = 200;
-/// Beyond this many, the digits of a text would hide whether a step is a whole multiple.
-constexpr double kManySteps = 20;
 
 bool is_about(double value, double expected, double tolerance) {
   return std::abs(value / expected - 1) < tolerance;
@@ -73,38 +65,11 @@ void check_rate(const Source& source, std::vector<Diagnosis>& diagnoses) {
 
 std::string whole_number(double value) { return std::to_string(std::llround(value)); }
 
-/// The step of a position that is quantised; nothing if it is not, or if too few small changes show it.
-std::optional<double> quantum_rad(std::span<const double> position) {
-  std::vector<double> changes;
-  for (std::size_t i = 1; i < position.size(); ++i)
-    if (const double change = std::abs(position[i] - position[i - 1]); change > 0) changes.push_back(change);
-  if (changes.size() < kEnoughSteps) return std::nullopt;
-  std::ranges::sort(changes);
-  const double least = changes[changes.size() / 100];
-  // Better known from many steps: of the smallest changes, each a few of them.
-  double sum = 0;
-  double steps = 0;
-  std::size_t whole = 0;
-  std::size_t looked = 0;
-  for (const double change : changes) {
-    const double count = std::round(change / least);
-    if (count > kManySteps) break;
-    ++looked;
-    if (count < 1 || std::abs(change / least - count) > kOfStep * std::max(1.0, std::sqrt(count))) continue;
-    ++whole;
-    sum += change;
-    steps += count;
-  }
-  if (looked < kEnoughSteps || static_cast<double>(whole) < kMostSteps * static_cast<double>(looked))
-    return std::nullopt;
-  return sum / steps;
-}
-
 /// Steps that are smaller than the model's, or twice as large and more, are of another encoder.
 void check_ticks(const Source& source, const model::effects::DriveModel& base,
                  std::vector<Diagnosis>& diagnoses) {
   if (!base.encoder_ticks_per_rev || !source.recording.has("position_rad")) return;
-  const std::optional<double> quantum = quantum_rad(source.recording.column("position_rad"));
+  const std::optional<double> quantum = quantum_of(source.recording.column("position_rad"));
   if (!quantum) return;
   const double ticks = 2 * std::numbers::pi / *quantum;
   const double ratio = ticks / *base.encoder_ticks_per_rev;

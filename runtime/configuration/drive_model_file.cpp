@@ -132,13 +132,6 @@ void read_effect(TomlTable& table, std::vector<AnyEffect>& effects) {
       for (const ParameterDescription& parameter : other.parameters) table.ignore(parameter.name);
 }
 
-/// Shortest text that reads back as the same number; always a TOML float.
-std::string number(double value) {
-  std::string text = fmt::format("{}", value);
-  if (text.find_first_of(".e") == std::string::npos) text += ".0";
-  return text;
-}
-
 std::string unit_remark(Empirical::Times times) {
   const std::string_view unit = Empirical::unit_of(times);
   return unit.empty() ? "share of the load" : std::string(unit);
@@ -154,20 +147,13 @@ std::string terms_text(const Empirical& empirical) {
     else
       text +=
           fmt::format("from = {}  # beyond from and to the last value holds\nto = {}\n# values at even steps",
-                      number(term.table.from()), number(term.table.to()));
+                      toml_number(term.table.from()), toml_number(term.table.to()));
     text += fmt::format(", in {}\nvalues = [", unit_remark(term.times));
     for (std::size_t i = 0; i < term.table.values().size(); ++i)
-      text += (i == 0 ? "" : ", ") + number(term.table.values()[i]);
+      text += (i == 0 ? "" : ", ") + toml_number(term.table.values()[i]);
     text += "]\n";
   }
   return text;
-}
-
-std::string comment(std::string_view text) {
-  std::string line = "# ";
-  for (const char c : text)
-    if (static_cast<unsigned char>(c) >= 0x20 && c != 0x7f) line += c;
-  return line;
 }
 
 model::ServoLaw read_servo(TomlTable table) {
@@ -188,7 +174,8 @@ std::string servo_text(const model::ServoLaw& law) {
   const bool voltage = law.output == model::ServoLaw::Output::kVoltage;
   std::string text = fmt::format("\n[servo]\noutput = \"{}\"\n", voltage ? "voltage" : "torque");
   for (const model::ServoKey& key : model::kServoKeys)
-    if (voltage || !key.of_voltage) text += fmt::format("{} = {}\n", key.name, number(law.*(key.member)));
+    if (voltage || !key.of_voltage)
+      text += fmt::format("{} = {}\n", key.name, toml_number(law.*(key.member)));
   return text;
 }
 
@@ -242,26 +229,27 @@ DriveModel read_drive_model(const std::filesystem::path& path, const RegularFile
 std::string drive_model_text(const DriveModel& model, std::span<const std::string> header,
                              std::span<const EffectRemarks> remarks) {
   std::string text;
-  for (const std::string& line : header) text += comment(line) + "\n";
+  for (const std::string& line : header) text += toml_comment(line) + "\n";
   text += fmt::format("format = \"{}\"\nname = {}\ninertia_kg_m2 = {}\n", kFormat, toml_string(model.name),
-                      number(model.inertia_kg_m2));
+                      toml_number(model.inertia_kg_m2));
   if (model.encoder_ticks_per_rev || model.torque_noise_Nm) text += "\n[sensor]\n";
   if (model.encoder_ticks_per_rev)
-    text += fmt::format("encoder_ticks_per_rev = {}\n", number(*model.encoder_ticks_per_rev));
-  if (model.torque_noise_Nm) text += fmt::format("torque_noise_Nm = {}\n", number(*model.torque_noise_Nm));
+    text += fmt::format("encoder_ticks_per_rev = {}\n", toml_number(*model.encoder_ticks_per_rev));
+  if (model.torque_noise_Nm)
+    text += fmt::format("torque_noise_Nm = {}\n", toml_number(*model.torque_noise_Nm));
   if (model.servo) text += servo_text(*model.servo);
   for (std::size_t i = 0; i < model.effects.size(); ++i) {
     const AnyEffect& effect = model.effects[i];
     const EffectDescription& described = model::effects::description_of(effect);
     text += "\n";
     if (i < remarks.size())
-      for (const std::string& line : remarks[i].evidence) text += comment(line) + "\n";
+      for (const std::string& line : remarks[i].evidence) text += toml_comment(line) + "\n";
     text += fmt::format("[[effect]]\ntype = \"{}\"\n", described.name);
     for (std::size_t k = 0; k < described.parameters.size(); ++k) {
       const std::string_view name = described.parameters[k].name;
-      text += fmt::format("{} = {}", name, number(model::effects::parameter_of(effect, name)));
+      text += fmt::format("{} = {}", name, toml_number(model::effects::parameter_of(effect, name)));
       if (i < remarks.size() && k < remarks[i].parameters.size() && !remarks[i].parameters[k].empty())
-        text += "  " + comment(remarks[i].parameters[k]);
+        text += "  " + toml_comment(remarks[i].parameters[k]);
       text += "\n";
     }
     if (const auto* const empirical = std::get_if<Empirical>(&effect)) text += terms_text(*empirical);

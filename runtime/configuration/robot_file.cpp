@@ -258,25 +258,11 @@ class RobotReader {
   std::string torque_ = "tau{}_Nm";
 };
 
-/// Shortest text that reads back as the same number; always a TOML float.
-std::string robot_number(double value) {
-  std::string text = fmt::format("{}", value);
-  if (text.find_first_of(".e") == std::string::npos) text += ".0";
-  return text;
-}
 template <class Numbers>
 std::string robot_numbers(const Numbers& values) {
   std::string text;
-  for (const double value : values) text += (text.empty() ? "[" : ", ") + robot_number(value);
+  for (const double value : values) text += (text.empty() ? "[" : ", ") + toml_number(value);
   return text + "]";
-}
-
-/// A comment that stays on its line.
-std::string robot_comment(std::string_view text) {
-  std::string line = "# ";
-  for (const char c : text)
-    if (static_cast<unsigned char>(c) >= 0x20 && c != 0x7f) line += c;
-  return line + "\n";
 }
 
 class RobotWriter {
@@ -285,10 +271,10 @@ class RobotWriter {
       : robot_(robot), given_(given), remarks_(remarks) {}
 
   std::string text(const std::filesystem::path& urdf, std::span<const std::string> header) {
-    for (const std::string& line : header) text_ += robot_comment(line);
+    for (const std::string& line : header) text_ += toml_comment(line) + "\n";
     text_ += fmt::format("format = \"{}\"\nname = {}\nurdf = {}\nbase = {}\ntip = {}\nband_Hz = {}\n",
                          kRobotFormat, toml_string(robot_.name), toml_string(urdf.generic_string()),
-                         toml_string(robot_.base), toml_string(robot_.tip), robot_number(robot_.band_Hz));
+                         toml_string(robot_.base), toml_string(robot_.tip), toml_number(robot_.band_Hz));
     if (!robot_.ripples_per_rev.empty())
       text_ += fmt::format("ripples_per_rev = {}\n", robot_numbers(robot_.ripples_per_rev));
     remark("base");
@@ -302,7 +288,7 @@ class RobotWriter {
       const Eigen::Vector3d& p = robot_.arm.p_TP_m;
       text_ += "\n";
       remark("tip");
-      text_ += fmt::format("[payload]\nmass_kg = {}\ncentre_m = {}\n", robot_number(robot_.arm.payload_kg),
+      text_ += fmt::format("[payload]\nmass_kg = {}\ncentre_m = {}\n", toml_number(robot_.arm.payload_kg),
                            robot_numbers(std::array{p.x(), p.y(), p.z()}));
     }
     return text_;
@@ -311,7 +297,7 @@ class RobotWriter {
  private:
   void remark(std::string_view part) {
     for (const RobotRemark& one : remarks_)
-      if (one.part == part) text_ += robot_comment(one.text);
+      if (one.part == part) text_ += toml_comment(one.text) + "\n";
   }
 
   void write_drive(std::size_t i) {
@@ -323,20 +309,20 @@ class RobotWriter {
     for (const DriveKey& key : kDriveKeys) {
       const double value = drive.*(key.member);
       if (value != usual.*(key.member) || value != given_.drives[i].*(key.member))
-        text_ += fmt::format("{} = {}\n", key.key, robot_number(value));
+        text_ += fmt::format("{} = {}\n", key.key, toml_number(value));
     }
     const RobotFile::Columns& columns = robot_.columns;
     text_ += fmt::format("position_column = {}\ntorque_column = {}\n", toml_string(columns.position[i]),
                          toml_string(columns.torque[i]));
     if (columns.position_factor[i] != 1)
-      text_ += fmt::format("position_factor = {}\n", robot_number(columns.position_factor[i]));
+      text_ += fmt::format("position_factor = {}\n", toml_number(columns.position_factor[i]));
     if (columns.torque_factor[i] != 1)
-      text_ += fmt::format("torque_factor = {}\n", robot_number(columns.torque_factor[i]));
+      text_ += fmt::format("torque_factor = {}\n", toml_number(columns.torque_factor[i]));
     if (drive.friction_before_gear) text_ += "friction_before_gear = true\n";
     for (const ArmDrive::Ripple& ripple : drive.ripples) {
       text_ += fmt::format("[[drive.ripple]]\nperiods_per_rev = {}\nsine_Nm = {}\ncosine_Nm = {}\n",
-                           robot_number(ripple.periods_per_rev), robot_number(ripple.sine_Nm),
-                           robot_number(ripple.cosine_Nm));
+                           toml_number(ripple.periods_per_rev), toml_number(ripple.sine_Nm),
+                           toml_number(ripple.cosine_Nm));
     }
   }
 
@@ -355,7 +341,7 @@ class RobotWriter {
         "[[link]]\nname = {}\nmass_kg = {}\ncentre_m = {}\ninertia_kg_m2 = {}  # about the centre: xx, xy, "
         "xz, "
         "yy, yz, zz\n",
-        toml_string(link.link), robot_number(body.mass_kg), robot_numbers(std::array{c.x(), c.y(), c.z()}),
+        toml_string(link.link), toml_number(body.mass_kg), robot_numbers(std::array{c.x(), c.y(), c.z()}),
         robot_numbers(std::array{I(0, 0), I(0, 1), I(0, 2), I(1, 1), I(1, 2), I(2, 2)}));
   }
 

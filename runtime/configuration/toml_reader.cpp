@@ -344,6 +344,11 @@ bool TomlTable::is_set(std::string_view key) const {
 
 bool TomlTable::has(std::string_view key) const { return node_->table.contains(key); }
 
+bool TomlTable::has_table(std::string_view key) const {
+  const toml::node* found = node_->table.get(key);
+  return found != nullptr && found->is_table();
+}
+
 std::string TomlTable::written(std::string_view key, std::string_view without) const {
   const toml::node* found = node_->table.get(key);
   toml::table rest;
@@ -400,6 +405,19 @@ std::string toml_string(std::string_view text) {
     quoted += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
   }
   return quoted + '"';
+}
+
+std::string toml_number(double value) {
+  std::string text = fmt::format("{}", value);
+  if (text.find_first_of(".e") == std::string::npos) text += ".0";
+  return text;
+}
+
+std::string toml_comment(std::string_view text) {
+  std::string line = "# ";
+  for (const char c : text)
+    if (static_cast<unsigned char>(c) >= 0x20 && c != 0x7f) line += c;
+  return line;
 }
 
 TomlFile::TomlFile(std::unique_ptr<State> state) : state_(std::move(state)) {}

@@ -96,6 +96,8 @@ class TomlTable {
   bool is_set(std::string_view key) const;
   /// Whether there is such a key or table; does not count as reading it.
   bool has(std::string_view key) const;
+  /// The same for a table alone.
+  bool has_table(std::string_view key) const;
   /// The value or table in a normal form, to compare two files; empty if there is none. Does not count as
   /// reading it. `without`: a key that the table is written without; empty if no other is left.
   std::string written(std::string_view key, std::string_view without = {}) const;
@@ -116,6 +118,10 @@ class TomlTable {
 
 /// `text` quoted for TOML. Control characters, which such text cannot hold, become blanks.
 std::string toml_string(std::string_view text);
+/// Shortest text that reads back as the same number; always a TOML float.
+std::string toml_number(double value);
+/// A comment that stays on its line.
+std::string toml_comment(std::string_view text);
 
 class TomlFile {
  public:

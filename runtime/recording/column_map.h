@@ -63,6 +63,8 @@ struct ColumnMap {
   /// Rows with another value in this column are left out; an empty column: none.
   std::string only_column{};
   std::string only_value{};
+  /// A new value of this quantity starts a new run, whose times may start again; empty: one run.
+  std::string run{};
 };
 
 /// @throws ConfigError with all problems of the file: another format, a quantity, unit or key that is

@@ -383,7 +383,10 @@ class Reader {
       warn(line_, "columns that " + map.name + " does not name were left out: " + left_out);
     if (result_.recording.rig.empty()) result_.recording.rig = map.rig;
     std::set<std::string_view> seen;
-    for (const std::string& quantity : mapper.quantities()) add_column(quantity, seen);
+    for (const std::string& quantity : mapper.quantities()) {
+      if (quantity == map.run) run_column_ = result_.recording.columns.size();
+      add_column(quantity, seen);
+    }
     return mapper;
   }
 
@@ -398,6 +401,10 @@ class Reader {
       case ColumnMapper::Row::kLeftOut: ++rows_left_out_; return;
       case ColumnMapper::Row::kRefused: problem(line_, why); return;
       case ColumnMapper::Row::kTaken: break;
+    }
+    if (run_column_ < row_.size() && run_ != row_[run_column_]) {
+      have_time_ = false;
+      run_ = row_[run_column_];
     }
     if (!time_increases(row_)) return;
     for (std::size_t i = 0; i < row_.size(); ++i) result_.recording.columns[i].values.push_back(row_[i]);
@@ -766,6 +773,8 @@ class Reader {
   std::size_t line_ = 0;
   bool titled_ = false;
   std::size_t time_column_ = static_cast<std::size_t>(-1);
+  std::size_t run_column_ = static_cast<std::size_t>(-1);
+  std::optional<double> run_{};  // of the last row
   bool have_time_ = false;
   double last_time_s_ = 0;
   std::size_t repeats_ = 0;  // rows with the time of the row before

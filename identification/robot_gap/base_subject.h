@@ -1,0 +1,116 @@
+/// @file
+/// A base on wheels with its recordings, for the search for a wrong part.
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "control/base_description.h"
+#include "identification/robot_gap/base_motion.h"
+#include "identification/robot_gap/base_noise.h"
+#include "identification/robot_gap/subject.h"
+
+namespace identification::robot_gap {
+
+/// What is compared is the displacement over windows of one length, in the axes of the tracked body at the
+/// start of each: channels "forward" and "sideways" [m], "heading" [rad]. Rows count windows in which the
+/// base moves.
+class BaseSubject final : public Subject {
+ public:
+  /// Without `held_out` a quarter of each recording is set aside. `window_s`: 0: from the data.
+  /// @throws std::invalid_argument naming the recording if the data cannot answer the question.
+  BaseSubject(const control::BaseDescription& given, std::vector<BaseRecording> data,
+              std::vector<BaseRecording> held_out, double window_s = 0);
+
+  ComparedRows compare(Part part, const Fitted& at, std::span<const std::size_t> terms) const override;
+  std::vector<Coordinate> coordinates(Part part, std::size_t row) const override;
+  double time_s(Part part, std::size_t row) const override;
+  std::string deciding_experiment(const Eigen::VectorXd& one, const Eigen::VectorXd& other,
+                                  std::uint64_t seed) const override;
+
+  /// The given description with changes of every term.
+  control::BaseDescription changed(const Eigen::VectorXd& changes) const;
+  double window_s() const noexcept { return window_s_; }
+  /// Delay of the poses behind the wheels from which those of Fitted count.
+  double assumed_delay_s() const noexcept { return delay_s_; }
+  /// What was cut or left out, in words.
+  const std::vector<std::string>& notes() const noexcept { return notes_; }
+
+  /// How far the path of a whole run, predicted from its first pose, is from the measured one.
+  struct PathError {
+    std::string recording;
+    double run = 0;       ///< of the column; 0 without
+    double length_m = 0;  ///< of the measured path
+    double rms_m = 0;     ///< over the run
+    double end_m = 0;
+    double end_heading_rad = 0;  ///< predicted minus measured
+  };
+  std::vector<PathError> path_errors(Part part, const Fitted& at) const;
+
+ private:
+  /// A parameter of the description.
+  struct Knob {
+    enum class Kind : std::uint8_t {
+      kAllRadii,
+      kRadius,
+      kTurningLength,
+      kSteeringOffset,
+      kTrackingScale,
+      kTrackingX,
+      kTrackingY,
+      kTrackingYaw,
+      kSlipForward,
+      kSlipSideways,
+      kSlipWithLoad,
+      kFloorSlip
+    };
+    Kind kind = Kind::kAllRadii;
+    std::size_t index = 0;  ///< wheel or floor
+    double step = 0;        ///< for a derivative
+  };
+  struct PlannedWindow {
+    BaseWindow window;
+    /// With the assumed delay, and with a shorter and a longer one.
+    std::array<WheelSteps, 3> wheels;
+  };
+  struct Side {
+    std::vector<BaseMotion> motions;
+    std::vector<std::vector<PlannedWindow>> windows;  ///< of each motion
+  };
+
+  const BaseWindow& window_of(Part part, std::size_t row) const noexcept {
+    const RowPlan::Row& at = plan(part).rows[row];
+    return side(part).windows[at.motion][at.at].window;
+  }
+  const Side& side(Part part) const noexcept { return part == Part::kSearched ? data_ : held_; }
+  void see_speeds();
+  void choose_window(double wanted_s);
+  void plan_windows(Side& side);
+  BaseScatter scatter_in(const Side& side) const;
+  void leave_out_outliers(Side& side);
+  void find_floor(std::span<const BaseRecording> recordings);
+  void plan_rows(const Side& side, RowPlan& plan) const;
+  void list_terms(std::span<const BaseRecording> recordings);
+  void add_term(std::string name, double given, gap::Bounds change, Knob knob);
+  void add_candidate(std::string effect, int part, std::string part_name, std::size_t terms);
+  Eigen::VectorXd predictions(Part part, const control::BaseDescription& base, std::size_t delay) const;
+
+  control::BaseDescription given_;
+  std::vector<Knob> knobs_;
+  Side data_;
+  Side held_;
+  double delay_s_ = 0;
+  double window_s_ = 0;
+  double rest_m_per_s_ = 0;   ///< wheels below this speed stand still
+  double speed_m_per_s_ = 0;  ///< typical
+  double turn_rad_per_s_ = 0;
+  double moving_s_ = 0;
+  std::vector<double> load_;  ///< typical, of each wheel; empty: not measured
+  std::vector<std::string> notes_;
+};
+
+}  // namespace identification::robot_gap

@@ -1,0 +1,412 @@
+#include "runtime/configuration/base_file.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <map>
+#include <numbers>
+#include <stdexcept>
+#include <utility>
+
+#include "control/base_rolling.h"
+#include "runtime/configuration/toml_reader.h"
+
+namespace runtime {
+namespace {
+
+using control::BaseDescription;
+using control::BaseKinematics;
+
+constexpr std::string_view kBaseFormat = "youbot-robot-model/1";
+constexpr std::size_t kMaxBaseWheels = 16;
+constexpr std::size_t kMaxFloors = 32;
+constexpr std::size_t kMaxRecordingsOfFloor = 1000;
+/// Of lengths, and of factors beside zero.
+constexpr double kShortest_m = 1e-6;
+constexpr double kLongest_m = 1e3;
+constexpr double kLargestFactor = 1e9;
+constexpr double kAnyAngle_rad = 1e3;
+/// Windows of recordings at any rate.
+constexpr double kShortestBaseWindow_s = 0.01;
+constexpr double kLongestBaseWindow_s = 100;
+
+constexpr std::array<std::pair<std::string_view, BaseKinematics>, 4> kKinematics{
+    {{"differential", BaseKinematics::kDifferential},
+     {"tricycle", BaseKinematics::kTricycle},
+     {"omni", BaseKinematics::kOmni},
+     {"mecanum", BaseKinematics::kMecanum}}};
+
+const char* turning_key(BaseKinematics kinematics) {
+  switch (kinematics) {
+    case BaseKinematics::kDifferential: return "track_m";
+    case BaseKinematics::kTricycle: return "wheelbase_m";
+    case BaseKinematics::kOmni: return "radius_m";
+    case BaseKinematics::kMecanum: return "turning_length_m";
+  }
+  return "";
+}
+
+const char* wheels_needed(BaseKinematics kinematics) {
+  switch (kinematics) {
+    case BaseKinematics::kDifferential: return "two, with name = \"left\" and name = \"right\"";
+    case BaseKinematics::kTricycle: return "one, with name = \"front\"";
+    case BaseKinematics::kOmni: return "three or more, each with its angle_rad";
+    case BaseKinematics::kMecanum: return "four: front left, front right, rear left, rear right";
+  }
+  return "";
+}
+
+class BaseReader {
+ public:
+  explicit BaseReader(const std::filesystem::path& path)
+      : file_(TomlFile::parse(path)), root_(file_.root()) {}
+
+  BaseFile read() {
+    std::string format;
+    root_.text("format", format, {.required = true});
+    if (!format.empty() && format != kBaseFormat)
+      root_.refuse("format", fmt::format("is '{}'; this program reads '{}'", format, kBaseFormat));
+    root_.text("name", result_.name);
+    read_base();
+    read_columns();
+    read_wheels();
+    read_tracking();
+    read_slip();
+    read_floors();
+    refuse_shared_columns();
+    file_.finish();
+    return std::move(result_);
+  }
+
+ private:
+  BaseDescription& base() { return result_.base; }
+
+  void read_base() {
+    TomlTable table = root_.table("base", {.required = true});
+    if (!root_.has("base")) return;
+    table.choice("kinematics", base().kinematics,
+                 std::span<const std::pair<std::string_view, BaseKinematics>>(kKinematics),
+                 {.required = true});
+    known_ = table.has("kinematics");
+    table.number("window_s", result_.window_s, {.min = kShortestBaseWindow_s, .max = kLongestBaseWindow_s});
+    const NumberRules length{.min = kShortest_m, .max = kLongest_m, .required = true};
+    if (base().kinematics == BaseKinematics::kMecanum) {
+      table.number("wheelbase_m", result_.wheelbase_m, length);
+      table.number("track_m", result_.track_m, length);
+      base().turning_length_m = 0.5 * (result_.wheelbase_m + result_.track_m);
+      table.number("turning_length_m", base().turning_length_m, {.min = kShortest_m, .max = kLongest_m});
+    } else {
+      table.number(turning_key(base().kinematics), base().turning_length_m, length);
+    }
+    if (base().kinematics == BaseKinematics::kTricycle)
+      table.number("steering_offset_rad", base().steering_offset_rad,
+                   {.min = -std::numbers::pi, .max = std::numbers::pi});
+  }
+
+  void read_columns() {
+    TomlTable table = root_.table("columns");
+    BaseFile::Columns& columns = result_.columns;
+    table.text("time", columns.time);
+    table.text("run", columns.run);
+    if (base().kinematics != BaseKinematics::kTricycle) return;
+    table.text("steering", columns.steering, {.required = true});
+    read_factor(table, "steering_factor", columns.steering_factor);
+  }
+
+  void read_factor(TomlTable& table, const char* key, double& factor) {
+    table.number(key, factor, {.min = -kLargestFactor, .max = kLargestFactor});
+    if (factor == 0) table.refuse(key, "is zero: nothing would be read");
+  }
+
+  void read_wheels() {
+    const bool omni = base().kinematics == BaseKinematics::kOmni;
+    for (TomlTable& table : root_.tables("wheel", {.required = true, .most = kMaxBaseWheels})) {
+      BaseDescription::Wheel wheel;
+      BaseFile::Columns::Wheel columns;
+      table.text("name", wheel.name, {.required = true});
+      table.number("radius_m", wheel.radius_m, {.min = kShortest_m, .max = kLongest_m, .required = true});
+      if (omni)
+        table.number("angle_rad", wheel.angle_rad,
+                     {.min = -kAnyAngle_rad, .max = kAnyAngle_rad, .required = true});
+      table.text("position_column", columns.position);
+      table.text("speed_column", columns.speed);
+      if (columns.position.empty() == columns.speed.empty())
+        table.refuse("name",
+                     fmt::format("is '{}', which needs either position_column, its accumulated angle, "
+                                 "or speed_column, its speed; exactly one of them",
+                                 wheel.name));
+      read_factor(table, "factor", columns.factor);
+      table.text("load_column", columns.load);
+      if (std::ranges::find(base().wheels, wheel.name, &BaseDescription::Wheel::name) != base().wheels.end())
+        table.refuse("name", fmt::format("is '{}' again: each wheel has its own name", wheel.name));
+      base().wheels.push_back(std::move(wheel));
+      result_.columns.wheels.push_back(std::move(columns));
+    }
+    if (known_ && root_.has("wheel")) check_wheels();
+  }
+
+  void check_wheels() {
+    const auto wrong = [&] {
+      root_.refuse("wheel", fmt::format("is there {} times; a base that is {} has {}", base().wheels.size(),
+                                        name_of(base().kinematics), wheels_needed(base().kinematics)));
+    };
+    const std::size_t count = base().wheels.size();
+    switch (base().kinematics) {
+      case BaseKinematics::kDifferential: {
+        const auto at = [&](const char* name) {
+          return std::ranges::find(base().wheels, name, &BaseDescription::Wheel::name) -
+                 base().wheels.begin();
+        };
+        const auto left = static_cast<std::size_t>(at("left"));
+        if (count != 2 || left == 2 || at("right") == 2) return wrong();
+        if (left == 1) {
+          std::swap(base().wheels[0], base().wheels[1]);
+          std::swap(result_.columns.wheels[0], result_.columns.wheels[1]);
+        }
+        return;
+      }
+      case BaseKinematics::kTricycle:
+        if (count != 1) wrong();
+        return;
+      case BaseKinematics::kMecanum:
+        if (count != 4) wrong();
+        return;
+      case BaseKinematics::kOmni: break;
+    }
+    if (count < 3) return wrong();
+    try {
+      if (base().turning_length_m > 0) const control::BaseRolling rolling(base());
+    } catch (const std::invalid_argument&) {
+      root_.refuse("wheel",
+                   "has angles by which the wheels do not determine a motion in every direction; "
+                   "check angle_rad");
+    }
+  }
+
+  static std::string_view name_of(BaseKinematics kinematics) {
+    return std::ranges::find(kKinematics, kinematics, &std::pair<std::string_view, BaseKinematics>::second)
+        ->first;
+  }
+
+  void read_tracking() {
+    TomlTable table = root_.table("tracking", {.required = true});
+    if (!root_.has("tracking")) return;
+    BaseFile::Columns& columns = result_.columns;
+    BaseDescription::Tracking& tracking = base().tracking;
+    table.text("x_column", columns.x, {.required = true});
+    table.text("y_column", columns.y, {.required = true});
+    table.text("heading_column", columns.heading, {.required = true});
+    read_factor(table, "position_factor", columns.position_factor);
+    read_factor(table, "heading_factor", columns.heading_factor);
+    table.boolean("mirrored", columns.mirrored);
+    std::array<double, 2> offset{0, 0};
+    table.numbers("offset_m", offset, {.min = -kLongest_m, .max = kLongest_m});
+    tracking.p_BT_m = Eigen::Vector2d(offset.data());
+    table.number("yaw_rad", tracking.yaw_BT_rad, {.min = -kAnyAngle_rad, .max = kAnyAngle_rad});
+    table.number("scale", tracking.scale, {.min = 1e-6, .max = 1e6});
+  }
+
+  void read_slip() {
+    TomlTable table = root_.table("slip");
+    const NumberRules share{.min = 0, .max = 1};
+    table.number("forward", base().slip_forward, share);
+    table.number("sideways", base().slip_sideways, share);
+    table.number("with_load", base().slip_with_load, {.min = 0, .max = kLargestFactor});
+  }
+
+  void read_floors() {
+    std::map<std::string, std::string> used;
+    for (TomlTable& table : root_.tables("floor", {.most = kMaxFloors})) {
+      BaseDescription::Floor floor;
+      std::vector<std::string> recordings;
+      table.text("name", floor.name, {.required = true});
+      table.texts("recordings", recordings, {.required = true, .most = kMaxRecordingsOfFloor});
+      table.number("slip", floor.slip, {.min = 0, .max = 1});
+      if (std::ranges::find(base().floors, floor.name, &BaseDescription::Floor::name) != base().floors.end())
+        table.refuse("name", fmt::format("is '{}' again: each floor has its own name", floor.name));
+      for (const std::string& one : recordings)
+        if (const auto [other, is_new] = used.emplace(one, floor.name); !is_new)
+          table.refuse("recordings", fmt::format("has '{}', as floor '{}' has: a recording is on one floor",
+                                                 one, other->second));
+      base().floors.push_back(std::move(floor));
+      result_.floor_recordings.push_back(std::move(recordings));
+    }
+  }
+
+  void refuse_shared_columns() {
+    std::map<std::string, std::string> used;
+    const auto use = [&](const std::string& column, const std::string& what, const char* key) {
+      if (column.empty()) return;
+      if (const auto [other, is_new] = used.emplace(column, what); !is_new)
+        root_.refuse(key, fmt::format("gives '{}' as the {} and as the {}: each has its own column", column,
+                                      other->second, what));
+    };
+    const BaseFile::Columns& columns = result_.columns;
+    use(columns.time, "time", "columns");
+    use(columns.run, "run", "columns");
+    use(columns.steering, "steering angle", "columns");
+    for (std::size_t w = 0; w < columns.wheels.size(); ++w) {
+      const std::string of = " of wheel " + base().wheels[w].name;
+      use(columns.wheels[w].position, "angle" + of, "wheel");
+      use(columns.wheels[w].speed, "speed" + of, "wheel");
+      use(columns.wheels[w].load, "load" + of, "wheel");
+    }
+    use(columns.x, "x of the tracked body", "tracking");
+    use(columns.y, "y of the tracked body", "tracking");
+    use(columns.heading, "heading of the tracked body", "tracking");
+  }
+
+  TomlFile file_;
+  TomlTable root_;
+  BaseFile result_;
+  bool known_ = false;  // the kinematics
+};
+
+class BaseWriter {
+ public:
+  BaseWriter(const BaseFile& file, std::span<const RobotRemark> remarks) : file_(file), remarks_(remarks) {}
+
+  std::string text(std::span<const std::string> header) {
+    for (const std::string& line : header) text_ += toml_comment(line) + "\n";
+    line("format", toml_string(kBaseFormat));
+    line("name", toml_string(file_.name));
+    write_base();
+    write_columns();
+    for (std::size_t w = 0; w < base().wheels.size(); ++w) write_wheel(w);
+    write_tracking();
+    const BaseDescription& b = base();
+    if (b.slip_forward != 0 || b.slip_sideways != 0 || b.slip_with_load != 0) {
+      text_ += "\n[slip]\n";
+      number("forward", b.slip_forward);
+      number("sideways", b.slip_sideways);
+      number("with_load", b.slip_with_load);
+    }
+    for (std::size_t f = 0; f < b.floors.size(); ++f) write_floor(f);
+    return text_;
+  }
+
+ private:
+  const BaseDescription& base() const { return file_.base; }
+  void line(std::string_view key, const std::string& value) { text_ += fmt::format("{} = {}\n", key, value); }
+  void number(std::string_view key, double value) { line(key, toml_number(value)); }
+  void name(std::string_view key, const std::string& value) {
+    if (!value.empty()) line(key, toml_string(value));
+  }
+  void remark(std::string_view part) {
+    for (const RobotRemark& one : remarks_)
+      if (one.part == part) text_ += toml_comment(one.text) + "\n";
+  }
+
+  void write_base() {
+    text_ += "\n";
+    remark("base");
+    remark("steering");
+    text_ += "[base]\n";
+    const auto kinematics = std::ranges::find(kKinematics, base().kinematics,
+                                              &std::pair<std::string_view, BaseKinematics>::second);
+    line("kinematics", toml_string(kinematics->first));
+    if (base().kinematics == BaseKinematics::kMecanum) {
+      number("wheelbase_m", file_.wheelbase_m);
+      number("track_m", file_.track_m);
+      if (base().turning_length_m == 0.5 * (file_.wheelbase_m + file_.track_m)) return end_base();
+    }
+    number(turning_key(base().kinematics), base().turning_length_m);
+    end_base();
+  }
+  void end_base() {
+    if (base().steering_offset_rad != 0) number("steering_offset_rad", base().steering_offset_rad);
+    if (file_.window_s > 0) number("window_s", file_.window_s);
+  }
+
+  void write_columns() {
+    const BaseFile::Columns& columns = file_.columns;
+    if (columns.time.empty() && columns.run.empty() && columns.steering.empty()) return;
+    text_ += "\n[columns]\n";
+    name("time", columns.time);
+    name("run", columns.run);
+    name("steering", columns.steering);
+    if (columns.steering_factor != 1) number("steering_factor", columns.steering_factor);
+  }
+
+  void write_wheel(std::size_t w) {
+    const BaseDescription::Wheel& wheel = base().wheels[w];
+    const BaseFile::Columns::Wheel& columns = file_.columns.wheels[w];
+    text_ += "\n";
+    remark(wheel.name);
+    text_ += "[[wheel]]\n";
+    line("name", toml_string(wheel.name));
+    number("radius_m", wheel.radius_m);
+    if (base().kinematics == BaseKinematics::kOmni) number("angle_rad", wheel.angle_rad);
+    name("position_column", columns.position);
+    name("speed_column", columns.speed);
+    if (columns.factor != 1) number("factor", columns.factor);
+    name("load_column", columns.load);
+  }
+
+  void write_tracking() {
+    const BaseFile::Columns& columns = file_.columns;
+    const BaseDescription::Tracking& tracking = base().tracking;
+    text_ += "\n";
+    remark("tracking");
+    text_ += "[tracking]\n";
+    name("x_column", columns.x);
+    name("y_column", columns.y);
+    name("heading_column", columns.heading);
+    if (columns.position_factor != 1) number("position_factor", columns.position_factor);
+    if (columns.heading_factor != 1) number("heading_factor", columns.heading_factor);
+    if (columns.mirrored) line("mirrored", "true");
+    line("offset_m",
+         fmt::format("[{}, {}]", toml_number(tracking.p_BT_m.x()), toml_number(tracking.p_BT_m.y())));
+    number("yaw_rad", tracking.yaw_BT_rad);
+    if (tracking.scale != 1) number("scale", tracking.scale);
+  }
+
+  void write_floor(std::size_t f) {
+    const BaseDescription::Floor& floor = base().floors[f];
+    text_ += "\n";
+    remark(floor.name);
+    text_ += "[[floor]]\n";
+    line("name", toml_string(floor.name));
+    std::string list;
+    for (const std::string& one : file_.floor_recordings[f])
+      list += (list.empty() ? "" : ", ") + toml_string(one);
+    line("recordings", "[" + list + "]");
+    if (floor.slip != 0) number("slip", floor.slip);
+  }
+
+  const BaseFile& file_;
+  std::span<const RobotRemark> remarks_;
+  std::string text_;
+};
+
+}  // namespace
+
+int BaseFile::floor_of(std::string_view recording) const {
+  int best = -1;
+  std::size_t longest = 0;
+  for (std::size_t f = 0; f < floor_recordings.size(); ++f)
+    for (const std::string& beginning : floor_recordings[f]) {
+      if (!recording.starts_with(beginning) || (best >= 0 && beginning.size() <= longest)) continue;
+      best = static_cast<int>(f);
+      longest = beginning.size();
+    }
+  return best;
+}
+
+bool describes_base(const std::filesystem::path& path) {
+  TomlFile file = TomlFile::parse(path);
+  TomlTable root = file.root();
+  return !root.has("urdf") && (root.has("wheel") || root.has("tracking") || root.has_table("base"));
+}
+
+BaseFile read_base_file(const std::filesystem::path& path) { return BaseReader(path).read(); }
+
+std::string base_file_text(const BaseFile& file, std::span<const std::string> header,
+                           std::span<const RobotRemark> remarks) {
+  return BaseWriter(file, remarks).text(header);
+}
+
+}  // namespace runtime

@@ -1,0 +1,157 @@
+// Robot files of bases: every digit survives, and what is wrong is reported with its line and its remedy.
+#include "runtime/configuration/base_file.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <string>
+
+#include "runtime/configuration/toml_reader.h"
+#include "tests/support/temporary_directory.h"
+
+namespace base_file_test {
+
+const std::string kTwoWheels = R"(format = "youbot-robot-model/1"
+name = "two-wheeler"
+[base]
+kinematics = "differential"
+track_m = 0.2
+[[wheel]]
+name = "right"
+radius_m = 0.043
+position_column = "r"
+[[wheel]]
+name = "left"
+radius_m = 0.042
+speed_column = "l"
+factor = -0.0625
+load_column = "i"
+[tracking]
+x_column = "x"
+y_column = "y"
+heading_column = "th"
+)";
+
+class BaseFile : public testing::Test {
+ protected:
+  std::filesystem::path file(const std::string& text) {
+    std::ofstream(directory_ / "robot.toml") << text;
+    return directory_ / "robot.toml";
+  }
+  runtime::BaseFile read(const std::string& text) { return runtime::read_base_file(file(text)); }
+  /// The text with one part replaced is refused at this line.
+  void expect_refused(const std::string& part, const std::string& by, int line, const std::string& why) {
+    std::string text = kTwoWheels;
+    text.replace(text.find(part), part.size(), by);
+    try {
+      read(text);
+      ADD_FAILURE() << "accepted: " << by;
+    } catch (const runtime::ConfigError& error) {
+      const std::string place = "robot.toml:" + std::to_string(line) + ": ";
+      EXPECT_TRUE(std::ranges::any_of(error.problems(),
+                                      [&](const std::string& problem) {
+                                        return problem.find(place) != std::string::npos &&
+                                               problem.find(why) != std::string::npos;
+                                      }))
+          << error.what() << "\nlacks line " << line << ": " << why;
+    }
+  }
+
+  support::TemporaryDirectory directory_;
+};
+
+TEST_F(BaseFile, TwoWheelsAreLeftAndRightInAnyOrder) {
+  const runtime::BaseFile base = read(kTwoWheels);
+  ASSERT_EQ(base.base.wheels.size(), 2U);
+  EXPECT_EQ(base.base.wheels[0].name, "left");
+  EXPECT_EQ(base.base.wheels[0].radius_m, 0.042);
+  EXPECT_EQ(base.columns.wheels[0].speed, "l");
+  EXPECT_EQ(base.columns.wheels[0].factor, -0.0625);
+  EXPECT_EQ(base.columns.wheels[0].load, "i");
+  EXPECT_EQ(base.columns.wheels[1].position, "r");
+  EXPECT_EQ(base.base.turning_length_m, 0.2);
+}
+
+TEST_F(BaseFile, EveryDigitOfAFittedModelIsReadBack) {
+  runtime::BaseFile base = read(kTwoWheels);
+  base.base.wheels[0].radius_m = 0.1 / 3;
+  base.base.turning_length_m = 0.2 / 3;
+  base.base.slip_forward = 1.0 / 7;
+  base.base.slip_with_load = 1e-7 / 3;
+  base.base.floors = {{"brown", 0.1 / 9}};
+  base.floor_recordings = {{"brown", "carpet \"2\""}};
+  base.base.tracking = {{-0.01 / 3, 1e-3 / 7}, -0.2 / 3, 0.9 / 7};
+  base.window_s = 0.7;
+  base.columns.mirrored = true;
+  base.columns.run = "run";
+  const runtime::RobotRemark remark{"brown", "slip: why"};
+  const std::string text = runtime::base_file_text(base, {}, {&remark, 1});
+  EXPECT_NE(text.find("# slip: why\n[[floor]]"), std::string::npos) << text;
+  const runtime::BaseFile again = read(text);
+  EXPECT_EQ(again.base.wheels[0].radius_m, base.base.wheels[0].radius_m);
+  EXPECT_EQ(again.base.turning_length_m, base.base.turning_length_m);
+  EXPECT_EQ(again.base.slip_forward, base.base.slip_forward);
+  EXPECT_EQ(again.base.slip_with_load, base.base.slip_with_load);
+  EXPECT_EQ(again.base.floors[0].slip, base.base.floors[0].slip);
+  EXPECT_EQ(again.floor_recordings, base.floor_recordings);
+  EXPECT_EQ(again.base.tracking.p_BT_m, base.base.tracking.p_BT_m);
+  EXPECT_EQ(again.base.tracking.yaw_BT_rad, base.base.tracking.yaw_BT_rad);
+  EXPECT_EQ(again.base.tracking.scale, base.base.tracking.scale);
+  EXPECT_EQ(again.window_s, base.window_s);
+  EXPECT_TRUE(again.columns.mirrored);
+  EXPECT_EQ(runtime::base_file_text(again, {}, {&remark, 1}), text);
+}
+
+TEST_F(BaseFile, TheTurningLengthOfAMecanumBaseIsHalfOfWheelbasePlusTrackUntilItIsFitted) {
+  std::string text = R"(format = "youbot-robot-model/1"
+[base]
+kinematics = "mecanum"
+wheelbase_m = 0.47
+track_m = 0.30
+[tracking]
+x_column = "x"
+y_column = "y"
+heading_column = "th"
+)";
+  for (const char* const name : {"fl", "fr", "rl", "rr"})
+    text +=
+        "[[wheel]]\nname = \"" + std::string(name) + "\"\nradius_m = 0.05\nspeed_column = \"" + name + "\"\n";
+  runtime::BaseFile base = read(text);
+  EXPECT_DOUBLE_EQ(base.base.turning_length_m, 0.385);
+  EXPECT_EQ(runtime::base_file_text(base, {}, {}).find("turning_length_m"), std::string::npos);
+  base.base.turning_length_m = 0.4 / 3;
+  EXPECT_EQ(read(runtime::base_file_text(base, {}, {})).base.turning_length_m, 0.4 / 3);
+}
+
+TEST_F(BaseFile, ARecordingIsOnTheFloorWithTheLongestBeginningOfItsName) {
+  const runtime::BaseFile base = read(kTwoWheels + R"([[floor]]
+name = "wood"
+recordings = ["wood"]
+[[floor]]
+name = "waxed"
+recordings = ["wood_waxed"]
+)");
+  EXPECT_EQ(base.floor_of("wood_3"), 0);
+  EXPECT_EQ(base.floor_of("wood_waxed_3"), 1);
+  EXPECT_EQ(base.floor_of("carpet"), -1);
+}
+
+TEST_F(BaseFile, DiffersFromAnArmsByItsTables) {
+  EXPECT_TRUE(runtime::describes_base(file(kTwoWheels)));
+  EXPECT_TRUE(runtime::describes_base(file("format = \"youbot-robot-model/1\"\n[base]\n")));
+  EXPECT_FALSE(runtime::describes_base(file("urdf = \"a.urdf\"\nbase = \"b\"\n")));
+}
+
+TEST_F(BaseFile, WhatIsWrongIsReportedWithItsLineAndItsRemedy) {
+  expect_refused("\"differential\"", "\"hover\"", 4, "tricycle");
+  expect_refused("track_m = 0.2\n", "", 3, "track_m");
+  expect_refused("track_m = 0.2\n", "track_m = 0\n", 5, "track_m");
+  expect_refused("name = \"right\"", "name = \"front\"", 6, "name = \"left\" and name = \"right\"");
+  expect_refused("position_column = \"r\"", "", 7, "exactly one of them");
+  expect_refused("factor = -0.0625", "factor = 0", 14, "nothing would be read");
+  expect_refused("x_column = \"x\"", "x_column = \"y\"", 16, "each has its own column");
+  expect_refused("heading_column = \"th\"\n", "heading_column = \"th\"\nsacle = 1\n", 20, "sacle");
+}
+
+}  // namespace base_file_test
