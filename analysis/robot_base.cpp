@@ -115,14 +115,17 @@ OpenedRobot open_base(const RobotGapOptions& options) {
       std::make_unique<BaseSubject>(base.base, std::move(data), std::move(held_out), base.window_s);
   opened.findings.name = base.name;
   opened.findings.channel_word = "component";
-  opened.findings.metric =
-      fmt::format("rms residual of the displacement in {:.3g} s, held-out", subject->window_s());
+  opened.findings.metric = fmt::format(
+      "rms residual of the displacement in {:.3g} s, and of the change of heading in {:.3g} s, held-out",
+      subject->place_window_s(), subject->heading_window_s());
   opened.findings.comparison = fmt::format(
-      "The gap is the displacement over windows of {:.3g} s that the model does not predict from the wheels, "
-      "in the axes of the tracked body, rms on held-out recordings. The noise floor is the scatter of the "
+      "The gap is the displacement over windows of {:.3g} s, and the change of heading over windows of "
+      "{:.3g} "
+      "s, that the model does not predict from the wheels, in the axes of the tracked body, rms on held-out "
+      "recordings. The noise floor is the scatter of the "
       "measured poses, the steps of the wheels' encoders, and slip that comes and goes from sample to "
       "sample.",
-      subject->window_s());
+      subject->place_window_s(), subject->heading_window_s());
   opened.complete = [own = subject.get()](RobotFindings& findings) {
     findings.paths = paths_of(*own, findings.result);
     findings.result.delay_s += own->assumed_delay_s();

@@ -1,5 +1,6 @@
 #include "identification/robot_gap/base_subject.h"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -24,17 +25,18 @@ constexpr double kLongestDelay_s = 0.3;
 /// Step of the derivative by the delay.
 constexpr double kDelayChange_s = 0.01;
 constexpr double kShortestWindow_s = 0.25;
-constexpr double kLongestWindow_s = 5;
-/// Lengths that are tried, each so many times the one before; the longest with this share of the best's
-/// information is taken.
+constexpr double kLongestWindow_s = 30;
+/// Lengths that are tried, each so many times the one before; the longest is taken whose information is less
+/// than the best's by no more than this logarithm.
 constexpr double kStride = 0.5;
 constexpr double kLonger = 1.25;
-constexpr double kAlmost = 0.7;
+constexpr double kAlmost = 0.3;
 /// Periods of the poses in a window.
 constexpr double kLeastPoses = 2;
 /// Parts of a window from which its noise is estimated.
 constexpr double kParts = 8;
-constexpr double kFewestWindows = 60;
+/// That do not overlap.
+constexpr double kFewestWindows = 30;
 constexpr double kWantedBaseBlocks = 60;
 constexpr int kFewestBaseBlocks = 8;
 /// Below this share of its top speed a base stands still.
@@ -99,10 +101,13 @@ BaseSubject::BaseSubject(const BaseDescription& given, std::vector<BaseRecording
   for (const char* const name : kChannelNames)
     channels_.push_back({name, name == kChannelNames[2] ? "rad" : "m"});
   see_speeds();
-  choose_window(window_s);
-  for (Side* const own : {&data_, &held_}) {
-    plan_windows(*own);
-    leave_out_outliers(*own);
+  list_terms(data);
+  for (const Compared what : {kPlace, kHeading}) {
+    window_s_[what] = chosen_window_s(what, window_s);
+    for (Side* const own : {&data_, &held_}) {
+      own->windows[what] = planned(own->motions, window_s_[what]);
+      leave_out_outliers(*own, what);
+    }
   }
   plan_rows(data_, searched_);
   plan_rows(held_, held_out_);
@@ -110,11 +115,10 @@ BaseSubject::BaseSubject(const BaseDescription& given, std::vector<BaseRecording
     throw std::invalid_argument(base_text(
         "the recordings are too short: %d stretches of %.2g s in motion, at least %d are needed; record more "
         "motion",
-        searched_.blocks(), window_s_, kFewestBaseBlocks));
+        searched_.blocks(), window_s_[kPlace], kFewestBaseBlocks));
   if (held_out_.rows.empty())
     throw std::invalid_argument("the base does not move in the held-out recordings: hold out others");
   find_floor(data);
-  list_terms(data);
 }
 
 void BaseSubject::see_speeds() {
@@ -139,46 +143,81 @@ void BaseSubject::see_speeds() {
   turn_rad_per_s_ = quantile(std::move(turns), 0.95);
 }
 
-/// The longest window that is almost as informative as the best. N windows of a length w see the share by
-/// which a parameter is wrong with a variance of scatter²/(N·w²), and N is inverse to w: noise of the poses
-/// is in each window once, so that long ones see more, up to where the way turns and what is wrong cancels.
-/// Of those that see as much, in the longest most of the disagreement is not noise.
-void BaseSubject::choose_window(double wanted_s) {
+/// The longest window that is almost as informative as the best. Noise of the poses, and what comes and goes
+/// when the base starts and stops, is in each window once, while what a wrong parameter does adds up: long
+/// windows see more, up to where it cancels or the windows are too few. Of those that see as much, in the
+/// longest most of the disagreement is not noise.
+double BaseSubject::chosen_window_s(Compared what, double wanted_s) {
   const double pose_s = median_pose_period_s(data_.motions);
   const double least_s = std::max(kShortestWindow_s, kLeastPoses * pose_s);
   if (wanted_s > 0) {
-    window_s_ = std::max(wanted_s, kLeastPoses * pose_s);
-    if (window_s_ > wanted_s)
-      notes_.push_back(base_text("windows are %.3g s long, not %.3g: poses are %.3g s apart", window_s_,
-                                 wanted_s, pose_s));
-    return;
+    const double window_s = std::max(wanted_s, kLeastPoses * pose_s);
+    if (window_s > wanted_s && what == kPlace)
+      notes_.push_back(
+          base_text("windows are %.3g s long, not %.3g: poses are %.3g s apart", window_s, wanted_s, pose_s));
+    return window_s;
   }
   const double most_s = std::min(kLongestWindow_s, moving_s_ / kFewestWindows);
   std::vector<double> information;
   std::vector<double> lengths_s;
   for (double length_s = least_s; length_s < std::max(most_s, 1.01 * least_s); length_s *= kLonger) {
-    Side tried;
-    tried.motions = data_.motions;
-    window_s_ = length_s;
-    plan_windows(tried);
-    const BaseScatter scatter = scatter_in(tried);
-    const Eigen::Vector3d in_m = scatter.rms.cwiseProduct(Eigen::Vector3d(1, 1, given_.turning_length_m));
-    const auto windows = static_cast<double>(scatter.is_outlier.size());
-    if (windows < kFewestWindows && !information.empty()) break;
-    information.push_back(windows * length_s * length_s / std::max(1e-18, in_m.squaredNorm()));
+    const Windows windows = planned(data_.motions, length_s);
+    double count = 0;
+    for (const std::vector<PlannedWindow>& own : windows) count += static_cast<double>(own.size());
+    if (kStride * count < kFewestWindows && !information.empty()) break;
+    information.push_back(information_in(data_.motions, windows, what));
     lengths_s.push_back(length_s);
   }
   const auto best = std::ranges::max_element(information);
   auto chosen = best;
-  while (chosen + 1 != information.end() && *(chosen + 1) >= kAlmost * *best) ++chosen;
-  window_s_ = lengths_s[static_cast<std::size_t>(chosen - information.begin())];
+  while (chosen + 1 != information.end() && *(chosen + 1) >= *best - kAlmost) ++chosen;
+  return lengths_s[static_cast<std::size_t>(chosen - information.begin())];
 }
 
-void BaseSubject::plan_windows(Side& side) {
-  for (const BaseMotion& motion : side.motions) {
-    side.windows.emplace_back();
+/// Mean over the parameters of the logarithm of how often each is determined, by itself, against what all of
+/// them together leave.
+double BaseSubject::information_in(const std::vector<BaseMotion>& motions, const Windows& windows,
+                                   Compared what) const {
+  const Eigen::Index first = what == kPlace ? 0 : 2;
+  const Eigen::Index channels = what == kPlace ? 2 : 1;
+  const auto own = [&](const Eigen::MatrixX3d& all) {
+    return Eigen::VectorXd(all.middleCols(first, channels).reshaped());
+  };
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(knobs_.size()));
+  Eigen::MatrixX3d left = -displacements(motions, windows, given_, 1);
+  const Eigen::Index count = left.rows();
+  Eigen::Index row = 0;
+  for (const std::vector<PlannedWindow>& of_motion : windows)
+    for (const PlannedWindow& one : of_motion) left.row(row++) += one.window.measured;
+  Eigen::MatrixXd slopes(channels * count, static_cast<Eigen::Index>(knobs_.size()) + 1);
+  gap::in_parallel(knobs_.size(), [&](std::size_t k) {
+    slopes.col(static_cast<Eigen::Index>(k)) = own(slope(motions, windows, none, k));
+  });
+  slopes.rightCols(1) =
+      own(displacements(motions, windows, given_, 2) - displacements(motions, windows, given_, 0)) /
+      (2 * kDelayChange_s);
+  const Eigen::VectorXd residual = own(left);
+  const Eigen::VectorXd by = slopes.completeOrthogonalDecomposition().solve(residual);
+  const double free = std::max(1.0, static_cast<double>(residual.size() - slopes.cols()));
+  const double variance =
+      std::max(kSmallestFloor * kSmallestFloor, (residual - slopes * by).squaredNorm() / free);
+  double sum = 0;
+  double shown = 0;
+  for (Eigen::Index k = 0; k + 1 < slopes.cols(); ++k) {
+    const double squares = slopes.col(k).squaredNorm();
+    if (!(squares > 0)) continue;
+    sum += std::log(squares / variance);
+    ++shown;
+  }
+  return shown > 0 ? sum / shown : 0;
+}
+
+BaseSubject::Windows BaseSubject::planned(const std::vector<BaseMotion>& motions, double window_s) const {
+  Windows windows;
+  for (const BaseMotion& motion : motions) {
+    windows.emplace_back();
     for (BaseWindow& window :
-         windows_of(motion, window_s_, kStride * window_s_, std::abs(delay_s_) + kDelayChange_s)) {
+         windows_of(motion, window_s, kStride * window_s, std::abs(delay_s_) + kDelayChange_s)) {
       const BaseRun& run = motion.runs[window.run];
       PlannedWindow one;
       for (std::size_t d = 0; d < 3; ++d)
@@ -186,75 +225,88 @@ void BaseSubject::plan_windows(Side& side) {
                                     delay_s_ + (static_cast<double>(d) - 1) * kDelayChange_s);
       if (rolled_m(given_, one.wheels[1]) < rest_m_per_s_ * (window.end_s - window.start_s)) continue;
       one.window = std::move(window);
-      side.windows.back().push_back(std::move(one));
+      windows.back().push_back(std::move(one));
     }
   }
+  return windows;
 }
 
-BaseScatter BaseSubject::scatter_in(const Side& side) const {
-  std::size_t count = 0;
-  for (const std::vector<PlannedWindow>& windows : side.windows) count += windows.size();
-  Eigen::MatrixX3d measured(static_cast<Eigen::Index>(count), 3);
-  Eigen::MatrixX3d by_wheels(measured.rows(), 3);
-  const BaseRolling rolling(given_);
+BaseScatter BaseSubject::scatter_in(const std::vector<BaseMotion>& motions, const Windows& windows) const {
+  const Eigen::MatrixX3d by_wheels = displacements(motions, windows, given_, 1);
+  Eigen::MatrixX3d measured(by_wheels.rows(), 3);
   Eigen::Index row = 0;
-  for (std::size_t m = 0; m < side.windows.size(); ++m)
-    for (const PlannedWindow& one : side.windows[m]) {
-      measured.row(row) = one.window.measured;
-      by_wheels.row(row++) = predicted(rolling, one.wheels[1], side.motions[m].floor);
-    }
+  for (const std::vector<PlannedWindow>& of_motion : windows)
+    for (const PlannedWindow& one : of_motion) measured.row(row++) = one.window.measured;
   return scatter_of(measured, by_wheels, given_.turning_length_m);
 }
 
-void BaseSubject::leave_out_outliers(Side& side) {
-  const std::vector<bool> is_outlier = scatter_in(side).is_outlier;
+void BaseSubject::leave_out_outliers(Side& side, Compared what) {
+  Windows& windows = side.windows[what];
+  const std::vector<bool> is_outlier = scatter_in(side.motions, windows).is_outlier;
   std::size_t next = 0;
-  for (std::size_t m = 0; m < side.windows.size(); ++m) {
-    const std::size_t before = side.windows[m].size();
-    std::erase_if(side.windows[m], [&](const PlannedWindow&) { return is_outlier[next++]; });
-    if (const std::size_t lost = before - side.windows[m].size(); lost > 0)
+  for (std::size_t m = 0; m < windows.size(); ++m) {
+    const std::size_t before = windows[m].size();
+    std::erase_if(windows[m], [&](const PlannedWindow&) { return is_outlier[next++]; });
+    if (const std::size_t lost = before - windows[m].size(); lost > 0)
       notes_.push_back(
           base_text("%s: %zu of %zu windows of %.2g s are left out: the pose departs from the "
                     "wheels far more than in all others",
-                    side.motions[m].name.c_str(), lost, before, window_s_));
+                    side.motions[m].name.c_str(), lost, before, window_s_[what]));
   }
 }
 
 void BaseSubject::find_floor(std::span<const BaseRecording> recordings) {
-  Eigen::Vector2d travel_m2 = Eigen::Vector2d::Zero();
-  double count = 0;
-  for (const std::vector<PlannedWindow>& windows : data_.windows)
-    for (const PlannedWindow& one : windows) {
-      travel_m2 += one.window.measured.head<2>().cwiseAbs2();
-      ++count;
-    }
-  const double part_s = std::max(window_s_ / kParts, median_pose_period_s(data_.motions));
-  const BaseNoise noise = noise_of(given_, recordings, data_.motions, part_s, delay_s_);
-  // What adds up from part to part may as well cancel: no floor is above what no matrix explains.
-  floor_ = floor_of(noise, window_s_, travel_m2 / count)
-               .cwiseMin(scatter_in(data_).rms)
-               .cwiseMax(kSmallestFloor);
+  floor_.resize(3);
+  for (const Compared what : {kPlace, kHeading}) {
+    Eigen::Vector2d travel_m2 = Eigen::Vector2d::Zero();
+    double count = 0;
+    for (const std::vector<PlannedWindow>& windows : data_.windows[what])
+      for (const PlannedWindow& one : windows) {
+        travel_m2 += one.window.measured.head<2>().cwiseAbs2();
+        ++count;
+      }
+    const double part_s = std::max(window_s_[what] / kParts, median_pose_period_s(data_.motions));
+    const BaseNoise noise = noise_of(given_, recordings, data_.motions, part_s, delay_s_);
+    // What adds up from part to part may as well cancel: no floor is above what no matrix explains.
+    const Eigen::Vector3d floor = floor_of(noise, window_s_[what], travel_m2 / std::max(1.0, count))
+                                      .cwiseMin(scatter_in(data_.motions, data_.windows[what]).rms)
+                                      .cwiseMax(kSmallestFloor);
+    for (Eigen::Index channel = 0; channel < 3; ++channel)
+      if (compared_of(channel) == what) floor_[channel] = floor[channel];
+  }
 }
 
+/// Blocks are stretches of time of one run.
 void BaseSubject::plan_rows(const Side& side, RowPlan& plan) const {
   std::size_t all = 0;
-  for (const std::vector<PlannedWindow>& windows : side.windows) all += windows.size();
+  for (const std::vector<PlannedWindow>& windows : side.windows[kPlace]) all += windows.size();
   const auto size =
       static_cast<std::size_t>(std::max(1.0, std::round(static_cast<double>(all) / kWantedBaseBlocks)));
-  for (std::size_t m = 0; m < side.windows.size(); ++m) {
-    const std::vector<PlannedWindow>& windows = side.windows[m];
-    for (std::size_t first = 0; first < windows.size();) {
+  for (std::size_t m = 0; m < side.motions.size(); ++m) {
+    const std::vector<PlannedWindow>& places = side.windows[kPlace][m];
+    const std::vector<PlannedWindow>& headings = side.windows[kHeading][m];
+    std::size_t heading = 0;
+    for (std::size_t first = 0; first < places.size();) {
+      const std::size_t run = places[first].window.run;
       std::size_t of_run = first;
-      while (of_run < windows.size() && windows[of_run].window.run == windows[first].window.run) ++of_run;
+      while (of_run < places.size() && places[of_run].window.run == run) ++of_run;
       // Equal blocks in each run.
       const std::size_t count = of_run - first;
       const std::size_t blocks = std::max<std::size_t>(1, (count + size / 2) / size);
+      while (heading < headings.size() && headings[heading].window.run < run) ++heading;
       for (std::size_t b = 0; b < blocks; ++b) {
-        for (std::size_t at = first + b * count / blocks; at < first + (b + 1) * count / blocks; ++at)
-          for (Eigen::Index channel = 0; channel < 3; ++channel) {
-            plan.rows.push_back({m, channel, at});
-            plan.block.push_back(plan.blocks());
-          }
+        const std::size_t end = first + (b + 1) * count / blocks;
+        const auto add = [&](Eigen::Index channel, std::size_t at) {
+          plan.rows.push_back({m, channel, at});
+          plan.block.push_back(plan.blocks());
+        };
+        for (std::size_t at = first + b * count / blocks; at < end; ++at)
+          for (const Eigen::Index channel : {0, 1}) add(channel, at);
+        const bool is_last = b + 1 == blocks;
+        for (; heading < headings.size() && headings[heading].window.run == run &&
+               (is_last || headings[heading].window.start_s < places[end].window.start_s);
+             ++heading)
+          add(2, heading);
         plan.block_motion.push_back(m);
       }
       first = of_run;
@@ -375,46 +427,78 @@ BaseDescription BaseSubject::changed(const Eigen::VectorXd& changes) const {
   return base;
 }
 
-Eigen::VectorXd BaseSubject::predictions(Part part, const BaseDescription& base, std::size_t delay) const {
+Eigen::MatrixX3d BaseSubject::displacements(const std::vector<BaseMotion>& motions, const Windows& windows,
+                                            const BaseDescription& base, std::size_t delay) const {
   const BaseRolling rolling(base);
-  const RowPlan& rows = plan(part);
+  std::size_t count = 0;
+  for (const std::vector<PlannedWindow>& of_motion : windows) count += of_motion.size();
+  Eigen::MatrixX3d result(static_cast<Eigen::Index>(count), 3);
+  Eigen::Index row = 0;
+  for (std::size_t m = 0; m < windows.size(); ++m)
+    for (const PlannedWindow& one : windows[m])
+      result.row(row++) = predicted(rolling, one.wheels[delay], motions[m].floor);
+  return result;
+}
+
+Eigen::MatrixX3d BaseSubject::slope(const std::vector<BaseMotion>& motions, const Windows& windows,
+                                    const Eigen::VectorXd& changes, std::size_t term) const {
+  const auto own = static_cast<Eigen::Index>(term);
+  const double step = knobs_[term].step;
+  Eigen::VectorXd moved = changes;
+  moved[own] = changes[own] + step;
+  const Eigen::MatrixX3d more = displacements(motions, windows, changed(moved), 1);
+  moved[own] = changes[own] - step;
+  return (more - displacements(motions, windows, changed(moved), 1)) / (2 * step);
+}
+
+template <class Of>
+Eigen::VectorXd BaseSubject::in_rows(Part part, Of of) const {
   const Side& own = side(part);
-  Eigen::VectorXd result(static_cast<Eigen::Index>(rows.rows.size()));
-  // The three channels of a window follow each other.
-  for (std::size_t i = 0; i < rows.rows.size(); i += 3) {
-    const RowPlan::Row& row = rows.rows[i];
-    result.segment<3>(static_cast<Eigen::Index>(i)) =
-        predicted(rolling, own.windows[row.motion][row.at].wheels[delay], own.motions[row.motion].floor);
+  std::array<Eigen::MatrixX3d, 2> all;
+  std::array<std::vector<std::size_t>, 2> first;  // of each motion
+  for (const Compared what : {kPlace, kHeading}) {
+    all[what] = of(own.windows[what]);
+    std::size_t next = 0;
+    for (const std::vector<PlannedWindow>& windows : own.windows[what]) {
+      first[what].push_back(next);
+      next += windows.size();
+    }
+  }
+  const std::vector<RowPlan::Row>& rows = plan(part).rows;
+  Eigen::VectorXd result(static_cast<Eigen::Index>(rows.size()));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Compared what = compared_of(rows[i].channel);
+    result[static_cast<Eigen::Index>(i)] =
+        all[what](static_cast<Eigen::Index>(first[what][rows[i].motion] + rows[i].at), rows[i].channel);
   }
   return result;
 }
 
 ComparedRows BaseSubject::compare(Part part, const Fitted& at, std::span<const std::size_t> terms) const {
-  const RowPlan& rows = plan(part);
-  const auto count = static_cast<Eigen::Index>(rows.rows.size());
+  const auto count = static_cast<Eigen::Index>(plan(part).rows.size());
+  const std::vector<BaseMotion>& motions = side(part).motions;
   ComparedRows result;
   result.measured.resize(count);
-  for (std::size_t i = 0; i < rows.rows.size(); ++i)
-    result.measured[static_cast<Eigen::Index>(i)] = window_of(part, i).measured[rows.rows[i].channel];
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const auto row = static_cast<std::size_t>(i);
+    result.measured[i] = window_of(part, row).measured[plan(part).rows[row].channel];
+  }
   const BaseDescription base = changed(at.changes);
   const auto delay = static_cast<Eigen::Index>(terms.size());
   result.columns.resize(count, delay + 1);
   gap::in_parallel(terms.size() + 2, [&](std::size_t k) {
-    if (k == terms.size() + 1) {
-      result.predicted = predictions(part, base, 1);
-    } else if (k == terms.size()) {
-      result.columns.col(delay) =
-          (predictions(part, base, 2) - predictions(part, base, 0)) / (2 * kDelayChange_s);
-    } else {
-      const double step = knobs_[terms[k]].step;
-      Eigen::VectorXd moved = at.changes;
-      const auto own = static_cast<Eigen::Index>(terms[k]);
-      moved[own] = at.changes[own] + step;
-      const Eigen::VectorXd more = predictions(part, changed(moved), 1);
-      moved[own] = at.changes[own] - step;
-      result.columns.col(static_cast<Eigen::Index>(k)) =
-          (more - predictions(part, changed(moved), 1)) / (2 * step);
-    }
+    if (k == terms.size() + 1)
+      result.predicted =
+          in_rows(part, [&](const Windows& windows) { return displacements(motions, windows, base, 1); });
+    else if (k == terms.size())
+      result.columns.col(delay) = in_rows(part, [&](const Windows& windows) {
+        return Eigen::MatrixX3d(
+            (displacements(motions, windows, base, 2) - displacements(motions, windows, base, 0)) /
+            (2 * kDelayChange_s));
+      });
+    else
+      result.columns.col(static_cast<Eigen::Index>(k)) = in_rows(
+          part, [&](const Windows& windows) { return slope(motions, windows, at.changes, terms[k]); });
   });
   result.predicted += at.delay_s * result.columns.col(delay);
   return result;
@@ -441,7 +525,7 @@ std::string BaseSubject::deciding_experiment(const Eigen::VectorXd& one, const E
                          {.given = given_,
                           .speed_m_per_s = speed_m_per_s_,
                           .turn_rad_per_s = turn_rad_per_s_,
-                          .window_s = window_s_,
+                          .window_s = window_s_[kPlace],
                           .load = load_,
                           .noise_floor = floor_});
 }

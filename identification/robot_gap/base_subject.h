@@ -16,9 +16,10 @@
 
 namespace identification::robot_gap {
 
-/// What is compared is the displacement over windows of one length, in the axes of the tracked body at the
-/// start of each: channels "forward" and "sideways" [m], "heading" [rad]. Rows count windows in which the
-/// base moves.
+/// What is compared is the displacement over windows, in the axes of the tracked body at the start of each:
+/// channels "forward" and "sideways" [m], "heading" [rad]. Headings have windows of their own, longer ones if
+/// that shows more: a place after a long way shows the errors of the heading again. Rows count windows in
+/// which the base moves.
 class BaseSubject final : public Subject {
  public:
   /// Without `held_out` a quarter of each recording is set aside. `window_s`: 0: from the data.
@@ -34,7 +35,9 @@ class BaseSubject final : public Subject {
 
   /// The given description with changes of every term.
   control::BaseDescription changed(const Eigen::VectorXd& changes) const;
-  double window_s() const noexcept { return window_s_; }
+  /// Of forward and sideways.
+  double place_window_s() const noexcept { return window_s_[kPlace]; }
+  double heading_window_s() const noexcept { return window_s_[kHeading]; }
   /// Delay of the poses behind the wheels from which those of Fitted count.
   double assumed_delay_s() const noexcept { return delay_s_; }
   /// What was cut or left out, in words.
@@ -77,34 +80,46 @@ class BaseSubject final : public Subject {
     /// With the assumed delay, and with a shorter and a longer one.
     std::array<WheelSteps, 3> wheels;
   };
+  enum Compared : std::size_t { kPlace, kHeading };
+  using Windows = std::vector<std::vector<PlannedWindow>>;  // of each motion
   struct Side {
     std::vector<BaseMotion> motions;
-    std::vector<std::vector<PlannedWindow>> windows;  ///< of each motion
+    std::array<Windows, 2> windows;
   };
 
+  static Compared compared_of(Eigen::Index channel) noexcept { return channel < 2 ? kPlace : kHeading; }
   const BaseWindow& window_of(Part part, std::size_t row) const noexcept {
     const RowPlan::Row& at = plan(part).rows[row];
-    return side(part).windows[at.motion][at.at].window;
+    return side(part).windows[compared_of(at.channel)][at.motion][at.at].window;
   }
   const Side& side(Part part) const noexcept { return part == Part::kSearched ? data_ : held_; }
   void see_speeds();
-  void choose_window(double wanted_s);
-  void plan_windows(Side& side);
-  BaseScatter scatter_in(const Side& side) const;
-  void leave_out_outliers(Side& side);
+  double chosen_window_s(Compared what, double wanted_s);
+  Windows planned(const std::vector<BaseMotion>& motions, double window_s) const;
+  double information_in(const std::vector<BaseMotion>& motions, const Windows& windows, Compared what) const;
+  BaseScatter scatter_in(const std::vector<BaseMotion>& motions, const Windows& windows) const;
+  void leave_out_outliers(Side& side, Compared what);
   void find_floor(std::span<const BaseRecording> recordings);
   void plan_rows(const Side& side, RowPlan& plan) const;
   void list_terms(std::span<const BaseRecording> recordings);
   void add_term(std::string name, double given, gap::Bounds change, Knob knob);
   void add_candidate(std::string effect, int part, std::string part_name, std::size_t terms);
-  Eigen::VectorXd predictions(Part part, const control::BaseDescription& base, std::size_t delay) const;
+  /// Of the tracked body in each window, predicted. `delay`: of PlannedWindow::wheels.
+  Eigen::MatrixX3d displacements(const std::vector<BaseMotion>& motions, const Windows& windows,
+                                 const control::BaseDescription& base, std::size_t delay) const;
+  /// Derivative of them by a term.
+  Eigen::MatrixX3d slope(const std::vector<BaseMotion>& motions, const Windows& windows,
+                         const Eigen::VectorXd& changes, std::size_t term) const;
+  /// The rows of the plan. `of`: displacements in these windows.
+  template <class Of>
+  Eigen::VectorXd in_rows(Part part, Of of) const;
 
   control::BaseDescription given_;
   std::vector<Knob> knobs_;
   Side data_;
   Side held_;
   double delay_s_ = 0;
-  double window_s_ = 0;
+  std::array<double, 2> window_s_{};
   double rest_m_per_s_ = 0;   ///< wheels below this speed stand still
   double speed_m_per_s_ = 0;  ///< typical
   double turn_rad_per_s_ = 0;
