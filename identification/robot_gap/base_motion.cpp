@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <numbers>
 #include <stdexcept>
 
@@ -37,6 +38,8 @@ constexpr double kDelayWindow_s = 0.4;
 constexpr double kDelayStep_s = 0.01;
 /// Another delay must leave less of the squared residual than this share of what none leaves.
 constexpr double kDelayStandsOut = 0.95;
+/// The same of one run, compared with what the delay of all leaves: steady motions show none.
+constexpr double kRunStandsOut = 0.6;
 
 double median_period_s(const std::vector<double>& time_s) {
   std::vector<double> steps;
@@ -235,33 +238,50 @@ std::string counted(std::size_t count, const char* one, const char* several) {
   return std::to_string(count) + (count == 1 ? one : several);
 }
 
-/// Share of the measured squares that displacements, times any matrix, leave at a delay.
-double left_by_delay(const BaseRolling& rolling, std::span<const BaseMotion> motions,
-                     const std::vector<std::vector<BaseWindow>>& windows, double delay_s) {
+/// The windows of a run.
+struct RunWindows {
+  BaseRun* run;
+  int floor;
+  std::vector<BaseWindow> windows;
+};
+
+/// How nearly measured displacements are predicted ones times a matrix.
+struct Proportion {
   Eigen::Matrix3d gram = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d cross = Eigen::Matrix3d::Zero();
   Eigen::Vector3d squares = Eigen::Vector3d::Zero();
-  for (std::size_t m = 0; m < motions.size(); ++m)
-    for (const BaseWindow& window : windows[m]) {
-      const PlanarVector by_wheels =
-          predicted(rolling, wheel_steps(motions[m].runs[window.run], window.start_s, window.end_s, delay_s),
-                    motions[m].floor);
-      gram += by_wheels * by_wheels.transpose();
-      cross += by_wheels * window.measured.transpose();
-      squares += window.measured.cwiseAbs2();
-    }
-  const Eigen::Vector3d scale = gram.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
-  Eigen::Matrix3d scaled = scale.asDiagonal() * gram * scale.asDiagonal();
-  scaled.diagonal().array() += 1e-6;
-  const Eigen::Matrix3d scaled_cross = scale.asDiagonal() * cross;
-  const Eigen::Matrix3d by = scaled.ldlt().solve(scaled_cross);
-  double left = 0;
-  // Forward and sideways together: either may be small, and all noise.
-  const double of_place = squares[0] + squares[1];
-  const double explained = (by.transpose() * scaled_cross).diagonal().head<2>().sum();
-  if (of_place > 0) left += std::max(0.0, 1 - explained / of_place);
-  if (squares[2] > 0) left += std::max(0.0, 1 - by.col(2).dot(scaled_cross.col(2)) / squares[2]);
-  return left;
+
+  void add(const Proportion& other) {
+    gram += other.gram;
+    cross += other.cross;
+    squares += other.squares;
+  }
+  /// Share of the measured squares that is left, of place and of heading.
+  double left() const {
+    const Eigen::Vector3d scale = gram.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
+    Eigen::Matrix3d scaled = scale.asDiagonal() * gram * scale.asDiagonal();
+    scaled.diagonal().array() += 1e-6;
+    const Eigen::Matrix3d scaled_cross = scale.asDiagonal() * cross;
+    const Eigen::Matrix3d by = scaled.ldlt().solve(scaled_cross);
+    double sum = 0;
+    // Forward and sideways together: either may be small, and all noise.
+    const double of_place = squares[0] + squares[1];
+    const double explained = (by.transpose() * scaled_cross).diagonal().head<2>().sum();
+    if (of_place > 0) sum += std::max(0.0, 1 - explained / of_place);
+    if (squares[2] > 0) sum += std::max(0.0, 1 - by.col(2).dot(scaled_cross.col(2)) / squares[2]);
+    return sum;
+  }
+};
+Proportion proportion_of(const BaseRolling& rolling, const RunWindows& run, double delay_s) {
+  Proportion result;
+  for (const BaseWindow& window : run.windows) {
+    const PlanarVector by_wheels =
+        predicted(rolling, wheel_steps(*run.run, window.start_s, window.end_s, delay_s), run.floor);
+    result.gram += by_wheels * by_wheels.transpose();
+    result.cross += by_wheels * window.measured.transpose();
+    result.squares += window.measured.cwiseAbs2();
+  }
+  return result;
 }
 
 }  // namespace
@@ -442,25 +462,47 @@ std::vector<BaseWindow> windows_of(const BaseMotion& motion, double window_s, do
   return windows;
 }
 
-double best_delay_s(const BaseDescription& base, std::span<const BaseMotion> motions,
-                    double longest_delay_s) {
+double align(const BaseDescription& base, std::span<BaseMotion> motions, double longest_delay_s) {
   const BaseRolling rolling(base);
   double period_s = 0;
-  std::vector<std::vector<BaseWindow>> windows;
   for (const BaseMotion& motion : motions)
     for (const BaseRun& run : motion.runs) period_s = std::max(period_s, median_period_s(run.time_s));
   const double window_s = std::max(kDelayWindow_s, kDelayPeriods * period_s);
-  for (const BaseMotion& motion : motions)
-    windows.push_back(windows_of(motion, window_s, window_s, longest_delay_s));
+  std::vector<RunWindows> runs;
+  for (BaseMotion& motion : motions) {
+    const std::vector<BaseWindow> windows = windows_of(motion, window_s, window_s, longest_delay_s);
+    for (std::size_t r = 0; r < motion.runs.size(); ++r) {
+      runs.push_back({.run = &motion.runs[r], .floor = motion.floor, .windows = {}});
+      std::ranges::copy_if(windows, std::back_inserter(runs.back().windows),
+                           [r](const BaseWindow& window) { return window.run == r; });
+    }
+  }
   const auto reach = static_cast<int>(std::floor(longest_delay_s / kDelayStep_s + 0.5));
-  std::vector<double> left(static_cast<std::size_t>(2 * reach + 1));
-  gap::in_parallel(left.size(), [&](std::size_t i) {
-    left[i] = left_by_delay(rolling, motions, windows, kDelayStep_s * (static_cast<int>(i) - reach));
+  // By delay, of each run.
+  std::vector<std::vector<Proportion>> sums(static_cast<std::size_t>(2 * reach + 1));
+  gap::in_parallel(sums.size(), [&](std::size_t i) {
+    for (const RunWindows& run : runs)
+      sums[i].push_back(proportion_of(rolling, run, kDelayStep_s * (static_cast<int>(i) - reach)));
   });
-  const auto best = std::ranges::min_element(left) - left.begin();
-  const double none = left[static_cast<std::size_t>(reach)];
-  if (!(left[static_cast<std::size_t>(best)] < kDelayStandsOut * none)) return 0;
-  return kDelayStep_s * static_cast<double>(best - reach);
+  const auto best_of = [&](std::size_t unless, double stands_out, auto left) {
+    std::size_t best = unless;
+    for (std::size_t i = 0; i < sums.size(); ++i)
+      if (left(sums[i]) < left(sums[best])) best = i;
+    return left(sums[best]) < stands_out * left(sums[unless]) ? best : unless;
+  };
+  const std::size_t of_all =
+      best_of(static_cast<std::size_t>(reach), kDelayStandsOut, [](const std::vector<Proportion>& all) {
+        Proportion sum;
+        for (const Proportion& one : all) sum.add(one);
+        return sum.left();
+      });
+  const auto delay_s = [&](std::size_t i) { return kDelayStep_s * (static_cast<int>(i) - reach); };
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    const std::size_t own =
+        best_of(of_all, kRunStandsOut, [r](const std::vector<Proportion>& all) { return all[r].left(); });
+    for (double& time_s : runs[r].run->time_s) time_s += delay_s(own);
+  }
+  return delay_s(of_all);
 }
 
 }  // namespace identification::robot_gap

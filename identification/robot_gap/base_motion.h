@@ -93,9 +93,9 @@ control::PlanarVector predicted(const control::BaseRolling& rolling, const Wheel
 /// Mean distance that the circumferences of the wheels roll in it, without regard to sign.
 double rolled_m(const control::BaseDescription& base, const WheelSteps& steps);
 
-/// The delay of the poses behind the wheels at which the description's displacements are most nearly
-/// proportional to the measured ones; 0 if none stands out.
-double best_delay_s(const control::BaseDescription& base, std::span<const BaseMotion> motions,
-                    double longest_delay_s);
+/// Moves the times of the wheels by the delay of the poses behind them: that at which the description's
+/// displacements are most nearly proportional to the measured ones, of each run by itself where it stands out
+/// from that of all. Returns that of all; 0 if none stands out.
+double align(const control::BaseDescription& base, std::span<BaseMotion> motions, double longest_delay_s);
 
 }  // namespace identification::robot_gap

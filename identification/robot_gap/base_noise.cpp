@@ -117,23 +117,21 @@ struct Series {
   Eigen::MatrixX3d predicted;
   std::vector<Eigen::Index> starts;  ///< of the tracks, and the end
 };
-Series series_of(const BaseDescription& base, std::span<const BaseMotion> motions, double part_s,
-                 double delay_s) {
+Series series_of(const BaseDescription& base, std::span<const BaseMotion> motions, double part_s) {
   const BaseRolling rolling(base);
   std::vector<PlanarVector> measured;
   std::vector<PlanarVector> by_wheels;
   Series series;
   for (const BaseMotion& motion : motions) {
-    const std::vector<BaseWindow> windows = windows_of(motion, part_s, part_s, std::abs(delay_s));
+    const std::vector<BaseWindow> windows = windows_of(motion, part_s, part_s, 0);
     for (std::size_t i = 0; i < windows.size(); ++i) {
       const BaseWindow& window = windows[i];
       if (i == 0 || windows[i - 1].run != window.run || windows[i - 1].track != window.track ||
           windows[i - 1].end_s != window.start_s)
         series.starts.push_back(static_cast<Eigen::Index>(measured.size()));
       measured.push_back(window.measured);
-      by_wheels.push_back(
-          predicted(rolling, wheel_steps(motion.runs[window.run], window.start_s, window.end_s, delay_s),
-                    motion.floor));
+      by_wheels.push_back(predicted(
+          rolling, wheel_steps(motion.runs[window.run], window.start_s, window.end_s, 0), motion.floor));
     }
   }
   const auto count = static_cast<Eigen::Index>(measured.size());
@@ -194,8 +192,8 @@ Eigen::VectorXd sizes_of(const Eigen::MatrixX3d& motions, double lever_m) {
 }  // namespace
 
 BaseNoise noise_of(const BaseDescription& base, std::span<const BaseRecording> recordings,
-                   std::span<const BaseMotion> motions, double part_s, double delay_s) {
-  const Series series = series_of(base, motions, part_s, delay_s);
+                   std::span<const BaseMotion> motions, double part_s) {
+  const Series series = series_of(base, motions, part_s);
   const std::vector<bool> none(static_cast<std::size_t>(series.measured.rows()), false);
   const Eigen::MatrixX3d scatter =
       without_local_mean(unexplained(series.measured, with_changes(series), none), series.starts);

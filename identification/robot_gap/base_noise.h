@@ -24,7 +24,7 @@ struct BaseNoise {
 /// `part_s`: length of the short windows from which it is estimated: an eighth of those to be compared.
 /// `recordings`: for the quanta of the signals.
 BaseNoise noise_of(const control::BaseDescription& base, std::span<const BaseRecording> recordings,
-                   std::span<const BaseMotion> motions, double part_s, double delay_s);
+                   std::span<const BaseMotion> motions, double part_s);
 
 /// What no 3×3 matrix explains of measured displacements, by predicted ones; one window in each row.
 struct BaseScatter {

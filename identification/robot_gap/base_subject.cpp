@@ -97,7 +97,8 @@ BaseSubject::BaseSubject(const BaseDescription& given, std::vector<BaseRecording
       const std::vector<std::string>& notes = own.motions.back().notes;
       notes_.insert(notes_.end(), notes.begin(), notes.end());
     }
-  delay_s_ = best_delay_s(given_, data_.motions, kLongestDelay_s);
+  delay_s_ = align(given_, data_.motions, kLongestDelay_s);
+  align(given_, held_.motions, kLongestDelay_s);
   for (const char* const name : kChannelNames)
     channels_.push_back({name, name == kChannelNames[2] ? "rad" : "m"});
   see_speeds();
@@ -127,9 +128,9 @@ void BaseSubject::see_speeds() {
   std::vector<double> turns;
   const BaseRolling rolling(given_);
   for (const BaseMotion& motion : data_.motions)
-    for (const BaseWindow& window : windows_of(motion, window_s, window_s, std::abs(delay_s_))) {
+    for (const BaseWindow& window : windows_of(motion, window_s, window_s, 0)) {
       const double length_s = window.end_s - window.start_s;
-      const WheelSteps wheels = wheel_steps(motion.runs[window.run], window.start_s, window.end_s, delay_s_);
+      const WheelSteps wheels = wheel_steps(motion.runs[window.run], window.start_s, window.end_s, 0);
       speeds.push_back(rolled_m(given_, wheels) / length_s);
       turns.push_back(std::abs(predicted(rolling, wheels, motion.floor)[2]) / length_s);
     }
@@ -216,13 +217,12 @@ BaseSubject::Windows BaseSubject::planned(const std::vector<BaseMotion>& motions
   Windows windows;
   for (const BaseMotion& motion : motions) {
     windows.emplace_back();
-    for (BaseWindow& window :
-         windows_of(motion, window_s, kStride * window_s, std::abs(delay_s_) + kDelayChange_s)) {
+    for (BaseWindow& window : windows_of(motion, window_s, kStride * window_s, kDelayChange_s)) {
       const BaseRun& run = motion.runs[window.run];
       PlannedWindow one;
       for (std::size_t d = 0; d < 3; ++d)
-        one.wheels[d] = wheel_steps(run, window.start_s, window.end_s,
-                                    delay_s_ + (static_cast<double>(d) - 1) * kDelayChange_s);
+        one.wheels[d] =
+            wheel_steps(run, window.start_s, window.end_s, (static_cast<double>(d) - 1) * kDelayChange_s);
       if (rolled_m(given_, one.wheels[1]) < rest_m_per_s_ * (window.end_s - window.start_s)) continue;
       one.window = std::move(window);
       windows.back().push_back(std::move(one));
@@ -266,7 +266,7 @@ void BaseSubject::find_floor(std::span<const BaseRecording> recordings) {
         ++count;
       }
     const double part_s = std::max(window_s_[what] / kParts, median_pose_period_s(data_.motions));
-    const BaseNoise noise = noise_of(given_, recordings, data_.motions, part_s, delay_s_);
+    const BaseNoise noise = noise_of(given_, recordings, data_.motions, part_s);
     // What adds up from part to part may as well cancel: no floor is above what no matrix explains.
     const Eigen::Vector3d floor = floor_of(noise, window_s_[what], travel_m2 / std::max(1.0, count))
                                       .cwiseMin(scatter_in(data_.motions, data_.windows[what]).rms)
@@ -530,6 +530,12 @@ std::string BaseSubject::deciding_experiment(const Eigen::VectorXd& one, const E
                           .noise_floor = floor_});
 }
 
+double BaseSubject::accumulated(Part part, const Fitted& at) const {
+  double sum_m2 = 0;
+  for (const PathError& error : path_errors(part, at)) sum_m2 += error.rms_m * error.rms_m;
+  return sum_m2;
+}
+
 std::vector<BaseSubject::PathError> BaseSubject::path_errors(Part part, const Fitted& at) const {
   const BaseRolling rolling(changed(at.changes));
   std::vector<PathError> errors;
@@ -545,8 +551,7 @@ std::vector<BaseSubject::PathError> BaseSubject::path_errors(Part part, const Fi
       for (const BaseTrack& track : run.tracks)
         for (std::size_t i = 0; i < track.pose.size(); ++i) {
           if (track.time_s[i] > moved_until_s)
-            moved = rolled_from(moved, rolling,
-                                wheel_steps(run, moved_until_s, track.time_s[i], delay_s_ + at.delay_s),
+            moved = rolled_from(moved, rolling, wheel_steps(run, moved_until_s, track.time_s[i], at.delay_s),
                                 motion.floor);
           moved_until_s = track.time_s[i];
           const PlanarVector by_wheels = rolling.tracked(moved);

@@ -30,6 +30,8 @@ class BaseSubject final : public Subject {
   ComparedRows compare(Part part, const Fitted& at, std::span<const std::size_t> terms) const override;
   std::vector<Coordinate> coordinates(Part part, std::size_t row) const override;
   double time_s(Part part, std::size_t row) const override;
+  /// Of the paths of whole runs [m²].
+  double accumulated(Part part, const Fitted& at) const override;
   std::string deciding_experiment(const Eigen::VectorXd& one, const Eigen::VectorXd& other,
                                   std::uint64_t seed) const override;
 
@@ -77,7 +79,7 @@ class BaseSubject final : public Subject {
   };
   struct PlannedWindow {
     BaseWindow window;
-    /// With the assumed delay, and with a shorter and a longer one.
+    /// With a shorter delay than the one found, that one, and a longer one.
     std::array<WheelSteps, 3> wheels;
   };
   enum Compared : std::size_t { kPlace, kHeading };

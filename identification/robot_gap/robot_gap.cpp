@@ -21,6 +21,8 @@ constexpr double kNoiseOnly = 1.25;
 /// An effect is named if the new model removes this share of what it acts on shows above the noise. Less is a
 /// shadow of something else.
 constexpr double kLeastRemoved = 0.4;
+/// Or this share of the square of what the errors add up to: what comes and goes does not.
+constexpr double kLeastAccumulated = 0.6;
 /// While channels show so many noise floors, most of it has no name: an effect must stand out by itself.
 constexpr double kMuchLeft = 3;
 constexpr double kStandsOut = 0.3;
@@ -29,6 +31,7 @@ constexpr double kSubstitute = 0.5;
 /// Standard errors of a rival's loss on held-out blocks that rule it out.
 constexpr double kRuledOut = 2.5;
 constexpr int kMaxRefutations = 12;
+constexpr const char* kContainsGiven = "the interval of its size contains that of the given model";
 /// A channel counts among those of an effect from this share of its largest square.
 constexpr double kActs = 0.01;
 
@@ -139,9 +142,6 @@ class Analysis {
   std::optional<Refuted> find_refuted() {
     std::optional<Refuted> worst;
     double worst_increase = 0;
-    const auto estimates = outcome_.chosen.empty()
-                               ? std::vector<std::vector<fit::Estimate>>{}
-                               : intervals(searched_, fitted_, outcome_.chosen, options_.seed);
     const Eigen::VectorXd searched = residual_of(searched_, fitted_);
     for (std::size_t place = 0; place < outcome_.chosen.size(); ++place) {
       const std::size_t candidate = outcome_.chosen[place];
@@ -152,12 +152,7 @@ class Analysis {
         worst_increase = increase;
         worst = Refuted{candidate, outcome_.added[place].gain, std::move(reason)};
       };
-      if (std::ranges::all_of(estimates[place], [&](const fit::Estimate& one) {
-            const auto which = static_cast<std::size_t>(&one - estimates[place].data());
-            const double given = catalogue_.terms[catalogue_.candidates[candidate].terms[which]].given;
-            return one.lower <= given && given <= one.upper;
-          }))
-        consider(0, "the interval of its size contains that of the given model");
+      if (is_nothing(place)) consider(0, kContainsGiven);
       const Eigen::VectorXd searched_less = residual_of(searched_, less);
       for (const bool is_held : {true, false}) {
         const Harm harm =
@@ -328,15 +323,36 @@ class Analysis {
     judge(result);
   }
 
+  /// Share of what the errors of the given model add up to that the new one removes.
+  double accumulated_removed() const {
+    const double before = subject_.accumulated(Part::kHeldOut, fit_chosen(searched_, {}));
+    return before > 0 ? 1 - subject_.accumulated(Part::kHeldOut, fitted_) / before : 0;
+  }
+
+  /// Whether no parameter of a chosen effect differs from that of the given model.
+  bool is_nothing(std::size_t place) const {
+    const auto estimates = intervals(searched_, fitted_, outcome_.chosen, options_.seed);
+    const std::vector<std::size_t>& terms = catalogue_.candidates[outcome_.chosen[place]].terms;
+    for (std::size_t k = 0; k < terms.size(); ++k) {
+      const fit::Estimate& one = estimates[place][k];
+      const double given = catalogue_.terms[terms[k]].given;
+      if (given < one.lower || one.upper < given) return false;
+    }
+    return true;
+  }
+
   /// Takes away effects that remove little of the disagreement where they act.
   void drop_shadows(RobotResult& result) {
     for (std::size_t place = outcome_.chosen.size(); place-- > 0;) {
       const Removed removed = removed_by(place);
-      const bool is_shadow = removed.by_all < kLeastRemoved;
-      if (!is_shadow && (removed.left_floors < kMuchLeft || removed.by_itself >= kStandsOut)) continue;
+      const bool is_shadow = removed.by_all < kLeastRemoved && accumulated_removed() < kLeastAccumulated;
+      const bool is_lost = removed.left_floors >= kMuchLeft && removed.by_itself < kStandsOut;
+      const bool is_zero = is_nothing(place);
+      if (!is_shadow && !is_lost && !is_zero) continue;
       result.rejected.push_back(
           {name_of(outcome_.chosen[place]),
-           is_shadow
+           is_zero ? std::string(kContainsGiven)
+           : is_shadow
                ? printed("with it the model removes only %.0f %% of the disagreement where it acts: "
                          "something else is at work",
                          100 * std::max(0.0, removed.by_all))

@@ -24,6 +24,8 @@ constexpr int kFolds = 10;
 constexpr double kEqual = 0.01;
 /// Probability by chance that so many more blocks improve.
 constexpr double kSignLevel = 0.05;
+/// An effect acts in blocks with this share of its largest square in one.
+constexpr double kActsInBlock = 0.01;
 /// Linearised fits until terms that are not quite linear agree with themselves.
 constexpr int kFits = 3;
 constexpr std::size_t kMostEffects = 8;
@@ -220,9 +222,30 @@ Added evidence_of(const Linearised& rows, const Chosen& without, std::size_t can
   return added;
 }
 
-/// Whether the gain is spread over the data.
-bool is_spread(const Linearised& rows, const Chosen& before, const Chosen& after) {
-  return gap::chance_of(rows.fit(before).held_out_of, rows.fit(after).held_out_of) <= kSignLevel;
+/// Whether the gain of a candidate is spread over the blocks in which it acts.
+bool is_spread(const Linearised& rows, const Chosen& before, const Chosen& with, std::size_t candidate,
+               const View& view) {
+  const BlockRegression::Fit fit = rows.fit(with);
+  const std::vector<Eigen::Index> columns = rows.columns_of(with);
+  Eigen::VectorXd effect = Eigen::VectorXd::Zero(rows.residual().size());
+  for (const std::size_t term : view.catalogue().candidates[candidate].terms) {
+    const auto place = std::ranges::find(columns, rows.column_of(term)) - columns.begin();
+    effect += rows.columns().col(columns[static_cast<std::size_t>(place)]) * fit.coefficients[place];
+  }
+  std::vector<double> squares(static_cast<std::size_t>(view.plan().blocks()), 0);
+  for (Eigen::Index i = 0; i < effect.size(); ++i)
+    squares[static_cast<std::size_t>(view.plan().block[static_cast<std::size_t>(i)])] +=
+        effect[i] * effect[i];
+  const double least = kActsInBlock * *std::ranges::max_element(squares);
+  const std::vector<double> all_before = rows.fit(before).held_out_of;
+  std::vector<double> acted_before;
+  std::vector<double> acted_after;
+  for (std::size_t b = 0; b < squares.size(); ++b) {
+    if (squares[b] < least) continue;
+    acted_before.push_back(all_before[b]);
+    acted_after.push_back(fit.held_out_of[b]);
+  }
+  return gap::chance_of(acted_before, acted_after) <= kSignLevel;
 }
 
 Chosen without_place(const Chosen& chosen, std::size_t place) {
@@ -363,9 +386,9 @@ SearchOutcome search(const View& view, std::span<const std::size_t> banned, cons
     const double gain = 1 - best->left / left;
     outcome.next = LeftOut{best->candidate, gain, "takes away too little"};
     if (!(gain >= options.least_gain) || gain * left < options.least_of_all * of_all) break;
-    outcome.next->reason = "does not help in most blocks";
+    outcome.next->reason = "does not help in most of the blocks in which it acts";
     const Chosen with = with_candidate(outcome.chosen, best->candidate, catalogue);
-    if (!is_spread(*rows, outcome.chosen, with)) break;
+    if (!is_spread(*rows, outcome.chosen, with, best->candidate, view)) break;
     const double p = chance_of_gain(*rows, outcome.chosen, banned, catalogue, gain, options);
     outcome.next->reason = "may be chance";
     if (p > options.false_positive_rate) break;

@@ -108,6 +108,8 @@ class Subject {
   /// Of a row of the plan, beside its channel and recording.
   virtual std::vector<Coordinate> coordinates(Part part, std::size_t row) const = 0;
   virtual double time_s(Part part, std::size_t row) const = 0;
+  /// Square of what the errors of a model add up to over whole recordings; 0 where they do not add up.
+  virtual double accumulated(Part /*part*/, const Fitted& /*at*/) const { return 0; }
   /// The motion in which two sets of changes differ most, in words.
   virtual std::string deciding_experiment(const Eigen::VectorXd& one, const Eigen::VectorXd& other,
                                           std::uint64_t seed) const = 0;
