@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -178,6 +179,32 @@ void add_robot_traces(report::Page& page, const RobotResult& result) {
   flush();
 }
 
+void add_paths(report::Page& page, const std::vector<PathGap>& paths) {
+  if (paths.empty()) return;
+  page.heading("Whole runs");
+  page.text(
+      "Each run is predicted from its first pose; errors of the path, rms over the run and at its end.");
+  constexpr double kMillimetres = 1000;
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  std::vector<report::Row> rows;
+  for (const PathGap& path : paths)
+    rows.push_back({path.recording, path.run, std::string(path.held_out ? "held out" : "searched"),
+                    path.length_m, kMillimetres * path.before.rms_m, kMillimetres * path.after.rms_m,
+                    kMillimetres * path.before.end_m, kMillimetres * path.after.end_m,
+                    kDegrees * path.before.end_heading_rad, kDegrees * path.after.end_heading_rad});
+  page.table({{"recording"},
+              {"run"},
+              {"data"},
+              {"length", "m"},
+              {"as given", "mm", 1},
+              {"new", "mm", 1},
+              {"end, as given", "mm", 1},
+              {"new", "mm", 1},
+              {"heading, as given", "°", 2},
+              {"new", "°", 2}},
+             rows, "Errors of the paths");
+}
+
 }  // namespace
 
 std::string robot_report_html(const RobotFindings& findings) {
@@ -191,6 +218,7 @@ std::string robot_report_html(const RobotFindings& findings) {
   add_robot_gap(page, findings);
   add_robot_effects(page, result);
   add_robot_shares(page, findings);
+  add_paths(page, findings.paths);
   add_robot_traces(page, result);
   for (const std::string& note : result.notes) page.text(note);
   page.heading("Inputs");

@@ -88,6 +88,44 @@ RobotJson json_of_found(const FoundPart& found, const RobotResult& result) {
   return json;
 }
 
+RobotJson json_of_path(const PathGap& path) {
+  const auto both = [](double before, double after) {
+    return RobotJson{{"before", before}, {"after", after}};
+  };
+  return {{"recording", path.recording},
+          {"run", path.run},
+          {"held_out", path.held_out},
+          {"length_m", path.length_m},
+          {"rms_m", both(path.before.rms_m, path.after.rms_m)},
+          {"end_m", both(path.before.end_m, path.after.end_m)},
+          {"end_heading_rad", both(path.before.end_heading_rad, path.after.end_heading_rad)}};
+}
+
+/// Over the held-out runs, each counted once.
+std::string paths_text(const std::vector<PathGap>& paths) {
+  PathGap::Error before;
+  PathGap::Error after;
+  double runs = 0;
+  const auto add = [](PathGap::Error& sum, const PathGap::Error& one) {
+    sum.rms_m += one.rms_m * one.rms_m;
+    sum.end_m += one.end_m * one.end_m;
+    sum.end_heading_rad += one.end_heading_rad * one.end_heading_rad;
+  };
+  for (const PathGap& path : paths) {
+    if (!path.held_out) continue;
+    add(before, path.before);
+    add(after, path.after);
+    ++runs;
+  }
+  if (runs == 0) return "";
+  const auto rms = [runs](double squares) { return std::sqrt(squares / runs); };
+  return fmt::format(
+      "paths of {:.0f} held-out runs: off by {:.3g} -> {:.3g} m, at the end {:.3g} -> {:.3g} m and {:.3g} -> "
+      "{:.3g} rad\n",
+      runs, rms(before.rms_m), rms(after.rms_m), rms(before.end_m), rms(after.end_m),
+      rms(before.end_heading_rad), rms(after.end_heading_rad));
+}
+
 }  // namespace
 
 std::string part_words(const NamedEffect& name) {
@@ -169,6 +207,10 @@ std::string robot_gap_json(const RobotFindings& findings) {
                                  {"unit", "noise floors"},
                                  {"before", motion.before},
                                  {"after", motion.after}});
+  if (!findings.paths.empty()) {
+    gap["paths"] = RobotJson::array();
+    for (const PathGap& path : findings.paths) gap["paths"].push_back(json_of_path(path));
+  }
   for (const FoundPart& found : result.effects) json["effects"].push_back(json_of_found(found, result));
   for (const auto& rejected : result.rejected) {
     RobotJson one = json_of_name(rejected.name);
@@ -209,6 +251,7 @@ std::string robot_summary_text(const RobotFindings& findings) {
         channel.channel.name, channel.gap.before, channel.gap.after, channel.gap.noise_floor, 100 * share,
         fmt::arg("unit", channel.channel.unit));
   }
+  text += paths_text(findings.paths);
   for (const FoundPart& found : result.effects) {
     text += fmt::format("  + {}: {}; {}\n", part_with_rivals(found), robot_parameters_text(found),
                         robot_evidence(found));
