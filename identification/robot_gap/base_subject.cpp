@@ -326,7 +326,7 @@ void BaseSubject::add_candidate(std::string effect, int part, std::string part_n
 }
 
 void BaseSubject::list_terms(std::span<const BaseRecording> recordings) {
-  using Kind = Knob::Kind;
+  using KnobKind = Knob::Kind;
   constexpr double kFactor = 0.5;     // of a length or radius
   constexpr double kAngle_rad = 0.5;  // linear enough
   constexpr double kMostSlip = 0.9;
@@ -339,36 +339,38 @@ void BaseSubject::list_terms(std::span<const BaseRecording> recordings) {
   double mean_m = 0;
   for (const BaseDescription::Wheel& wheel : given_.wheels)
     mean_m += wheel.radius_m / static_cast<double>(given_.wheels.size());
-  add_term("radius_m", mean_m, length(mean_m), {Kind::kAllRadii, 0, kSmall * mean_m});
+  add_term("radius_m", mean_m, length(mean_m), {KnobKind::kAllRadii, 0, kSmall * mean_m});
   add_candidate("wheel_radius", -1, "base", 1);
   add_term(turning_name(given_.kinematics), given_.turning_length_m, length(given_.turning_length_m),
-           {Kind::kTurningLength, 0, kSmall * given_.turning_length_m});
+           {KnobKind::kTurningLength, 0, kSmall * given_.turning_length_m});
   add_candidate("turning_geometry", -1, "base", 1);
   if (given_.wheels.size() > 1)
     for (std::size_t w = 0; w < given_.wheels.size(); ++w) {
       const double radius_m = given_.wheels[w].radius_m;
-      add_term("radius_m", radius_m, length(radius_m), {Kind::kRadius, w, kSmall * radius_m});
+      add_term("radius_m", radius_m, length(radius_m), {KnobKind::kRadius, w, kSmall * radius_m});
       add_candidate("wheel_radius", static_cast<int>(w), given_.wheels[w].name, 1);
     }
   if (given_.kinematics == BaseKinematics::kTricycle) {
     add_term("steering_offset_rad", given_.steering_offset_rad, {-kAngle_rad, kAngle_rad},
-             {Kind::kSteeringOffset, 0, kSmall});
+             {KnobKind::kSteeringOffset, 0, kSmall});
     add_candidate("steering_offset", -1, "steering", 1);
   }
   const double scale = given_.tracking.scale;
-  add_term("scale", scale, length(scale), {Kind::kTrackingScale, 0, kSmall * scale});
+  add_term("scale", scale, length(scale), {KnobKind::kTrackingScale, 0, kSmall * scale});
   add_candidate("tracking_scale", -1, "tracking", 1);
-  add_term("yaw_rad", given_.tracking.yaw_BT_rad, {-kAngle_rad, kAngle_rad}, {Kind::kTrackingYaw, 0, kSmall});
+  add_term("yaw_rad", given_.tracking.yaw_BT_rad, {-kAngle_rad, kAngle_rad},
+           {KnobKind::kTrackingYaw, 0, kSmall});
   add_candidate("tracking_yaw", -1, "tracking", 1);
   const gap::Bounds anywhere{-10 * given_.turning_length_m, 10 * given_.turning_length_m};
-  add_term("offset_x_m", given_.tracking.p_BT_m.x(), anywhere, {Kind::kTrackingX, 0, kSmall});
-  add_term("offset_y_m", given_.tracking.p_BT_m.y(), anywhere, {Kind::kTrackingY, 0, kSmall});
+  add_term("offset_x_m", given_.tracking.p_BT_m.x(), anywhere, {KnobKind::kTrackingX, 0, kSmall});
+  add_term("offset_y_m", given_.tracking.p_BT_m.y(), anywhere, {KnobKind::kTrackingY, 0, kSmall});
   add_candidate("tracking_offset", -1, "tracking", 2);
-  add_term("slip_forward", given_.slip_forward, slip(given_.slip_forward), {Kind::kSlipForward, 0, kSmall});
+  add_term("slip_forward", given_.slip_forward, slip(given_.slip_forward),
+           {KnobKind::kSlipForward, 0, kSmall});
   add_candidate("slip_forward", -1, "base", 1);
   if (sideways) {
     add_term("slip_sideways", given_.slip_sideways, slip(given_.slip_sideways),
-             {Kind::kSlipSideways, 0, kSmall});
+             {KnobKind::kSlipSideways, 0, kSmall});
     add_candidate("slip_sideways", -1, "base", 1);
   }
 
@@ -386,7 +388,7 @@ void BaseSubject::list_terms(std::span<const BaseRecording> recordings) {
   if (largest > 0) {
     add_term("slip_with_load", given_.slip_with_load,
              {std::min(0.0, -given_.slip_with_load), kMostSlip / largest - given_.slip_with_load},
-             {Kind::kSlipWithLoad, 0, kSmall / largest});
+             {KnobKind::kSlipWithLoad, 0, kSmall / largest});
     add_candidate("slip_with_load", -1, "base", 1);
   } else {
     load_.clear();
@@ -395,33 +397,33 @@ void BaseSubject::list_terms(std::span<const BaseRecording> recordings) {
   for (std::size_t f = 0; f < given_.floors.size(); ++f) {
     const auto on = std::ranges::count(recordings, static_cast<int>(f), &BaseRecording::floor);
     if (on == 0 || on == static_cast<std::ptrdiff_t>(recordings.size())) continue;
-    add_term("slip", given_.floors[f].slip, slip(given_.floors[f].slip), {Kind::kFloorSlip, f, kSmall});
+    add_term("slip", given_.floors[f].slip, slip(given_.floors[f].slip), {KnobKind::kFloorSlip, f, kSmall});
     add_candidate("floor_slip", -1, given_.floors[f].name, 1);
   }
 }
 
 BaseDescription BaseSubject::changed(const Eigen::VectorXd& changes) const {
-  using Kind = Knob::Kind;
+  using KnobKind = Knob::Kind;
   BaseDescription base = given_;
   for (std::size_t k = 0; k < knobs_.size(); ++k) {
     const double by = changes[static_cast<Eigen::Index>(k)];
     const std::size_t index = knobs_[k].index;
     switch (knobs_[k].kind) {
-      case Kind::kAllRadii:
+      case KnobKind::kAllRadii:
         for (BaseDescription::Wheel& wheel : base.wheels)
           wheel.radius_m *= 1 + by / catalogue_.terms[k].given;
         break;
-      case Kind::kRadius: base.wheels[index].radius_m += by; break;
-      case Kind::kTurningLength: base.turning_length_m += by; break;
-      case Kind::kSteeringOffset: base.steering_offset_rad += by; break;
-      case Kind::kTrackingScale: base.tracking.scale += by; break;
-      case Kind::kTrackingX: base.tracking.p_BT_m.x() += by; break;
-      case Kind::kTrackingY: base.tracking.p_BT_m.y() += by; break;
-      case Kind::kTrackingYaw: base.tracking.yaw_BT_rad += by; break;
-      case Kind::kSlipForward: base.slip_forward += by; break;
-      case Kind::kSlipSideways: base.slip_sideways += by; break;
-      case Kind::kSlipWithLoad: base.slip_with_load += by; break;
-      case Kind::kFloorSlip: base.floors[index].slip += by; break;
+      case KnobKind::kRadius: base.wheels[index].radius_m += by; break;
+      case KnobKind::kTurningLength: base.turning_length_m += by; break;
+      case KnobKind::kSteeringOffset: base.steering_offset_rad += by; break;
+      case KnobKind::kTrackingScale: base.tracking.scale += by; break;
+      case KnobKind::kTrackingX: base.tracking.p_BT_m.x() += by; break;
+      case KnobKind::kTrackingY: base.tracking.p_BT_m.y() += by; break;
+      case KnobKind::kTrackingYaw: base.tracking.yaw_BT_rad += by; break;
+      case KnobKind::kSlipForward: base.slip_forward += by; break;
+      case KnobKind::kSlipSideways: base.slip_sideways += by; break;
+      case KnobKind::kSlipWithLoad: base.slip_with_load += by; break;
+      case KnobKind::kFloorSlip: base.floors[index].slip += by; break;
     }
   }
   return base;

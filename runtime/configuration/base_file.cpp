@@ -51,8 +51,8 @@ const char* turning_key(BaseKinematics kinematics) {
 
 const char* wheels_needed(BaseKinematics kinematics) {
   switch (kinematics) {
-    case BaseKinematics::kDifferential: return "two, with name = \"left\" and name = \"right\"";
-    case BaseKinematics::kTricycle: return "one, with name = \"front\"";
+    case BaseKinematics::kDifferential: return R"(two, with name = "left" and name = "right")";
+    case BaseKinematics::kTricycle: return R"(one, with name = "front")";
     case BaseKinematics::kOmni: return "three or more, each with its angle_rad";
     case BaseKinematics::kMecanum: return "four: front left, front right, rear left, rear right";
   }

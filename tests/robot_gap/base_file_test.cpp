@@ -140,14 +140,14 @@ recordings = ["wood_waxed"]
 TEST_F(BaseFile, DiffersFromAnArmsByItsTables) {
   EXPECT_TRUE(runtime::describes_base(file(kTwoWheels)));
   EXPECT_TRUE(runtime::describes_base(file("format = \"youbot-robot-model/1\"\n[base]\n")));
-  EXPECT_FALSE(runtime::describes_base(file("urdf = \"a.urdf\"\nbase = \"b\"\n")));
+  EXPECT_FALSE(runtime::describes_base(file("urdf = 'a.urdf'\nbase = 'b'\n")));
 }
 
 TEST_F(BaseFile, WhatIsWrongIsReportedWithItsLineAndItsRemedy) {
   expect_refused("\"differential\"", "\"hover\"", 4, "tricycle");
   expect_refused("track_m = 0.2\n", "", 3, "track_m");
   expect_refused("track_m = 0.2\n", "track_m = 0\n", 5, "track_m");
-  expect_refused("name = \"right\"", "name = \"front\"", 6, "name = \"left\" and name = \"right\"");
+  expect_refused("name = \"right\"", "name = \"front\"", 6, R"(name = "left" and name = "right")");
   expect_refused("position_column = \"r\"", "", 7, "exactly one of them");
   expect_refused("factor = -0.0625", "factor = 0", 14, "nothing would be read");
   expect_refused("x_column = \"x\"", "x_column = \"y\"", 16, "each has its own column");

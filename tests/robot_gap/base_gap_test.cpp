@@ -15,9 +15,20 @@
 
 namespace base_gap_test {
 
-using namespace identification::robot_gap;
 using control::BaseDescription;
 using control::BaseKinematics;
+using identification::robot_gap::analyse;
+using identification::robot_gap::BaseMotion;
+using identification::robot_gap::BaseRecording;
+using identification::robot_gap::BaseSubject;
+using identification::robot_gap::BaseTrack;
+using identification::robot_gap::Candidate;
+using identification::robot_gap::Catalogue;
+using identification::robot_gap::cut;
+using identification::robot_gap::Part;
+using identification::robot_gap::RobotResult;
+using identification::robot_gap::set_aside;
+using identification::robot_gap::Verdict;
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kPeriod_s = 0.02;
@@ -209,7 +220,7 @@ TEST(BaseMotion, PosesThatAreHeldCountOnceAndHeadingsDoNotWrap) {
 TEST(BaseMotion, EveryFourthOfManyRunsIsSetAside) {
   BaseRecording recording = SimulatedBase{}.recording("one", 1, 16);
   for (std::size_t i = 0; i < recording.time_s.size(); ++i)
-    recording.run.push_back(static_cast<double>(i / 100));
+    recording.run.push_back(std::floor(static_cast<double>(i) / 100));
   const BaseRecording rest = set_aside(recording);
   EXPECT_EQ(rest.name, "one, every fourth run");
   EXPECT_EQ(rest.time_s.size(), 200U);
