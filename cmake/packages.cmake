@@ -31,7 +31,7 @@ it is enabled.")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libyoubot-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libeigen3-dev (>= 3.4), libhidapi-dev, liblz4-dev, liborocos-kdl-dev, \
-libspdlog-dev, liburdfdom-dev, libusb-1.0-0-dev, libzstd-dev, pkgconf | pkg-config")
+libsodium-dev, libspdlog-dev, liburdfdom-dev, libusb-1.0-0-dev, libzstd-dev, pkgconf | pkg-config")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_RECOMMENDS libceres-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS youbot-hal-doc)
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "Static libraries, headers and examples for programs of your own, which \

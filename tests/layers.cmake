@@ -10,6 +10,8 @@ set(rules
   "^drivers/ethercat/"  "^drivers/(ethercat/|(interface_lock|latency_histogram|packet_age|uninterrupted)\\.h)"
   "^drivers/tmcl/"      "^drivers/"
   "^drivers/can/"       "^drivers/(can/|(interface_lock|packet_age|setup_error|uninterrupted)\\.h)"
+  "^drivers/station/(key|session)\\.cpp$" "^(drivers/(station/|(setup_error|uninterrupted)\\.h)|sodium\\.h$)"
+  "^drivers/station/"   "^drivers/(station/|haptic/haptic_fault\\.h|(setup_error|uninterrupted)\\.h)"
   "^drivers/usb/"       "^(drivers/usb|libusb-1\\.0)/"
   "^drivers/haptic/"    "^((drivers/usb|drivers/haptic|libusb-1\\.0|hidapi)/|drivers/(setup_error|uninterrupted)\\.h)"
   "^hal/(ethercat|haptic)/" "^(hal|Eigen|drivers)/"
@@ -76,7 +78,7 @@ foreach(include IN LISTS includes)  # such as: hal/robot.h:12:#include <Eigen/Co
   if(file MATCHES "^(model|control)/" AND header MATCHES "${not_in_control}|${operating_system}")
   elseif(path MATCHES "${allowed}" AND NOT path MATCHES "\\.\\.")
     continue()
-  elseif(header MATCHES "${standard}|${operating_system}" AND NOT header MATCHES "libusb|hidapi|zstd")
+  elseif(header MATCHES "${standard}|${operating_system}" AND NOT header MATCHES "libusb|hidapi|zstd|sodium")
     continue()
   endif()
   list(APPEND violations "${file}:${line}: may not include ${path}")

@@ -1,0 +1,106 @@
+#include "drivers/station/endpoint.h"
+
+#include "drivers/station/sodium_ready.h"
+
+namespace drivers::station {
+namespace {
+
+/// Between two greetings.
+constexpr std::chrono::milliseconds kGreetingPeriod{100};
+/// Longer than a greeting, its answer and the first message take on any usable link: then a new attempt.
+constexpr std::chrono::milliseconds kAttempt{2000};
+
+const Key& with_sodium(const Key& key) {
+  require_sodium();
+  return key;
+}
+
+}  // namespace
+
+RobotEndpoint::RobotEndpoint(DatagramPort& port, const Key& key, const EndpointConfig& config)
+    : port_(port),
+      key_(with_sodium(key)),
+      config_(config),
+      challenge_(random_challenge()),
+      traffic_(config.most_repeated) {}
+
+bool RobotEndpoint::poll(Time now) noexcept {
+  bool newer = false;
+  for (int i = 0; i < kMaxDatagramsPerPoll; ++i) {
+    const std::size_t size = port_.receive(buffer_);
+    if (size == 0) break;
+    const std::span<const std::uint8_t> datagram = std::span(buffer_).first(size);
+    if (is_datagram(datagram, DatagramType::kHello)) {
+      if (!welcome(datagram, now)) traffic_.count_refused();
+    } else if (traffic_.take(datagram, now)) {
+      port_.adopt_sender();  // its address may change
+      newer = true;
+    }
+  }
+  return newer;
+}
+
+/// False if it is not genuine.
+bool RobotEndpoint::welcome(std::span<const std::uint8_t> datagram, Time now) noexcept {
+  Greeting greeting;
+  if (!open_greeting(key_, Side::kOperator, datagram, greeting)) return false;
+  if (traffic_.in_session() && traffic_.silence(now) <= config_.silence) return true;
+  if (greeting.from_robot != challenge_) {
+    greeting.from_robot = challenge_;
+    port_.answer(seal_greeting(key_, Side::kRobot, greeting));
+    return true;
+  }
+  traffic_.begin(Session(key_, greeting.from_operator, challenge_, Side::kRobot), now);
+  challenge_ = random_challenge();
+  port_.adopt_sender();
+  return true;
+}
+
+OperatorEndpoint::OperatorEndpoint(DatagramPort& port, const Key& key, const EndpointConfig& config)
+    : port_(port), key_(with_sodium(key)), config_(config), traffic_(config.most_repeated) {}
+
+bool OperatorEndpoint::poll(Time now) noexcept {
+  bool newer = false;
+  for (int i = 0; i < kMaxDatagramsPerPoll; ++i) {
+    const std::size_t size = port_.receive(buffer_);
+    if (size == 0) break;
+    const std::span<const std::uint8_t> datagram = std::span(buffer_).first(size);
+    if (is_datagram(datagram, DatagramType::kWelcome))
+      begin_session(datagram, now);
+    else
+      newer = traffic_.take(datagram, now) || newer;
+  }
+  look_for_robot(now);
+  return newer;
+}
+
+void OperatorEndpoint::look_for_robot(Time now) noexcept {
+  if (connected(now)) {
+    looking_ = false;
+    return;
+  }
+  if (!looking_ || now - looking_since_ > kAttempt) {
+    traffic_.end();  // the robot waits until the old session is silent
+    greeting_ = {.from_operator = random_challenge()};
+    looking_ = true;
+    looking_since_ = now;
+    greeted_ = now - kGreetingPeriod;
+  }
+  if (now - greeted_ < kGreetingPeriod) return;
+  greeted_ = now;
+  port_.send(seal_greeting(key_, Side::kOperator, greeting_));
+}
+
+void OperatorEndpoint::begin_session(std::span<const std::uint8_t> welcome, Time now) noexcept {
+  Greeting answer;
+  const bool genuine = open_greeting(key_, Side::kRobot, welcome, answer);
+  if (!genuine || !looking_ || answer.from_operator != greeting_.from_operator || traffic_.heard())
+    return traffic_.count_refused();
+  if (answer.from_robot == greeting_.from_robot) return;  // said twice
+  greeting_.from_robot = answer.from_robot;
+  traffic_.begin(Session(key_, greeting_.from_operator, greeting_.from_robot, Side::kOperator), now);
+  port_.send(seal_greeting(key_, Side::kOperator, greeting_));
+  greeted_ = now;
+}
+
+}  // namespace drivers::station

@@ -1,0 +1,270 @@
+// The two ends of the link over a simulated network in virtual time: sessions, measurements, and what a
+// stranger who sees and sends everything can do.
+#include "drivers/station/endpoint.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "hal/clock.h"
+#include "tests/support/channel_port.h"
+#include "tests/support/no_alloc_guard.h"
+
+namespace station_endpoint_test {
+
+using namespace drivers::station;
+using namespace std::chrono_literals;
+using std::chrono::nanoseconds;
+using Bytes = std::vector<std::uint8_t>;
+
+Key key(std::uint8_t first) { return Key({first}); }
+
+/// Both stations at 1 kHz. The operator's clock is ahead of the robot's.
+struct Link {
+  explicit Link(const sim::NetworkConditions& conditions = {}, Key operator_key = key(1))
+      : network(conditions, 1, clock),
+        robot(network.at_robot, key(1), config),
+        operating(network.at_operator, operator_key, config) {
+    network.at_operator.on_send = [this](std::span<const std::uint8_t> datagram) {
+      recorded.emplace_back(datagram.begin(), datagram.end());
+    };
+  }
+
+  void step() {
+    clock.sleep_until(clock.now() + 1ms);
+    if (robot.poll(clock.now())) {
+      ++newer;
+      const HandleMessage& message = robot.message();
+      for (int i = 0; i < robot.new_states(); ++i)
+        states.push_back(message.states[static_cast<std::size_t>(i)]);
+    }
+    robot.send({.enable = true}, {.force_uN = {++forces, 0, 0}}, clock.now());
+    (void)operating.poll(clock.now() + kAhead);
+    if (sending) operating.send({.enable = true}, {.buttons = ++sent}, clock.now() + kAhead);
+  }
+  void run(nanoseconds duration) {
+    for (nanoseconds t{}; t < duration; t += 1ms) step();
+  }
+  bool connected() { return robot.connected(clock.now()) && operating.connected(clock.now() + kAhead); }
+
+  static constexpr nanoseconds kAhead = 1234567890ns;
+  EndpointConfig config;
+  hal::VirtualClock clock;
+  support::ChannelPair network;
+  RobotEndpoint robot;
+  OperatorEndpoint operating;
+  std::vector<Bytes> recorded;  // of the operator
+  std::vector<HandleState> states;
+  int newer = 0;
+  std::int32_t forces = 0;
+  std::uint32_t sent = 0;
+  bool sending = true;
+};
+
+TEST(Link, ConnectsAndPassesTheNewestState) {
+  Link link;
+  link.run(50ms);
+  ASSERT_TRUE(link.connected());
+  EXPECT_EQ(link.robot.message().states[0].buttons, link.sent - 1);
+  EXPECT_EQ(link.operating.message().states[0].force_uN[0], link.forces);
+}
+
+TEST(Link, ConnectsOverTheWorstNetwork) {
+  Link link({.delay = 150ms, .jitter = 50ms, .loss = 0.05, .repeated = 0.05});
+  link.run(4s);
+  EXPECT_TRUE(link.connected());
+}
+
+TEST(Link, MeasuresDelayLossAndClocks) {
+  Link link({.delay = 60ms, .jitter = 10ms, .loss = 0.05});
+  link.run(10s);
+  const LinkReport robot = link.robot.report(link.clock.now());
+  EXPECT_NEAR(robot.lost_permille, 50, 25);  // of 704 messages
+  EXPECT_NEAR(robot.lost_there_permille, 50, 25);
+  EXPECT_EQ(robot.repeated, 2);
+  // The fastest of several thousand exchanges met nearly the least delay on both ways.
+  EXPECT_NEAR(static_cast<double>(robot.shortest_round_trip.count()), 100e6, 3e6);
+  EXPECT_NEAR(static_cast<double>((robot.clock_offset + Link::kAhead).count()), 0, 2e6);
+  // The newest message is one that overtook others: hardly older than the shortest way, 50 ms.
+  EXPECT_GE(robot.age, 49ms);
+  EXPECT_LE(robot.age, 60ms);
+}
+
+TEST(Link, RepetitionsBringLostStates) {
+  Link link({.delay = 20ms, .loss = 0.05});
+  link.run(3s);  // the loss is known by then
+  link.states.clear();
+  const std::uint32_t sent = link.sent;
+  link.run(20s);
+  EXPECT_GT(link.robot.report(link.clock.now()).recovered, 800U);
+  // 1.25 of 10,000 states are lost with all their repetitions: 2.5 of these on average.
+  EXPECT_GT(link.states.size(), link.sent - sent - 12);
+}
+
+TEST(Link, SilenceEndsItAndItComesBackInAnotherSession) {
+  Link link;
+  link.run(100ms);
+  link.network.set_silent(true);
+  link.run(link.config.silence + 2ms);
+  EXPECT_FALSE(link.robot.connected(link.clock.now()));
+  link.run(2s);
+  link.network.set_silent(false);
+  link.run(1s);
+  EXPECT_TRUE(link.connected());
+  EXPECT_EQ(link.robot.report(link.clock.now()).sessions, 2U);
+}
+
+TEST(Link, OnlyOneOperatorAtATime) {
+  Link link;
+  link.run(100ms);
+  OperatorEndpoint second(link.network.at_operator, key(1), link.config);
+  // Both share the way back, so only the robot's side is judged.
+  for (int i = 0; i < 500; ++i) {
+    (void)second.poll(link.clock.now());
+    link.step();
+  }
+  EXPECT_EQ(link.robot.report(link.clock.now()).sessions, 1U);
+}
+
+TEST(Security, AnotherKeyConnectsNothing) {
+  Link link({}, key(2));
+  link.run(3s);
+  EXPECT_FALSE(link.robot.connected(link.clock.now()));
+  EXPECT_EQ(link.newer, 0);
+  EXPECT_EQ(link.robot.report(link.clock.now()).sessions, 0U);
+  EXPECT_GT(link.robot.report(link.clock.now()).refused, 0U);
+  EXPECT_EQ(link.network.at_robot.adopted, 0) << "the robot sends a stranger no forces";
+}
+
+TEST(Security, ReplaysInASessionMoveNothing) {
+  Link link;
+  link.run(500ms);
+  const int newer = link.newer;
+  link.sending = false;
+  for (const Bytes& datagram : link.recorded) link.network.at_robot.inject(datagram);
+  link.run(150ms);
+  EXPECT_LE(link.newer, newer + 1) << "at most the last one was on its way";
+}
+
+TEST(Security, ARecordedSessionMovesNothingInAnotherOne) {
+  Link link;
+  link.run(500ms);
+  const std::vector<Bytes> recorded = link.recorded;
+  // The same robot, its operator gone: the whole recording again, greetings included, in order.
+  link.network.set_silent(true);
+  link.run(1s);
+  const int newer = link.newer;
+  for (const Bytes& datagram : recorded) {
+    link.network.at_robot.inject(datagram);
+    link.step();
+  }
+  EXPECT_EQ(link.newer, newer);
+  EXPECT_EQ(link.robot.report(link.clock.now()).sessions, 1U);
+  EXPECT_FALSE(link.robot.connected(link.clock.now()));
+}
+
+TEST(Security, ARestartedRobotKnowsNoRecordedSession) {
+  Link first;
+  first.run(500ms);
+  Link second;
+  second.network.set_silent(true);
+  for (const Bytes& datagram : first.recorded) {
+    second.network.at_robot.inject(datagram);
+    second.step();
+  }
+  EXPECT_EQ(second.newer, 0);
+  EXPECT_EQ(second.robot.report(second.clock.now()).sessions, 0U);
+}
+
+TEST(Security, AFloodOfRecordedGreetingsKeepsNoOperatorOut) {
+  Link first;
+  first.run(500ms);
+  Link second;
+  for (int i = 0; i < 500; ++i) {
+    second.network.at_robot.inject(first.recorded.front());
+    second.step();
+  }
+  EXPECT_TRUE(second.connected());
+}
+
+TEST(Security, RubbishIsCountedAndMovesNothing) {
+  Link link;
+  link.run(100ms);
+  const std::uint64_t refused = link.robot.report(link.clock.now()).refused;
+  link.network.at_robot.inject(Bytes(1, 0));
+  link.network.at_robot.inject(Bytes(2000, 0xFF));
+  link.network.at_robot.inject({'Y', 'B', 'S', 1, 1, 0, 0, 0});
+  link.network.at_robot.inject({'Y', 'B', 'S', 1, 3, 0, 0, 0});
+  link.run(5ms);
+  EXPECT_EQ(link.robot.report(link.clock.now()).refused, refused + 4);
+  EXPECT_TRUE(link.connected());
+}
+
+TEST(Link, AFloodDoesNotHoldTheCycle) {
+  Link link;
+  link.run(100ms);
+  const std::uint64_t refused = link.robot.report(link.clock.now()).refused;
+  for (int i = 0; i < 1000; ++i) link.network.at_robot.inject(Bytes(100, 0));
+  link.step();
+  EXPECT_EQ(link.robot.report(link.clock.now()).refused, refused + 64);
+}
+
+/// A port without the simulated network, which allocates. Holds few datagrams.
+class DirectPort final : public DatagramPort {
+ public:
+  std::size_t receive(std::span<std::uint8_t> buffer) noexcept override {
+    if (taken_ == put_) return 0;
+    const Slot& slot = slots_[taken_++ % slots_.size()];
+    std::copy_n(slot.bytes.begin(), slot.size, buffer.begin());
+    return slot.size;
+  }
+  void send(std::span<const std::uint8_t> datagram) noexcept override {
+    Slot& slot = other->slots_[other->put_++ % slots_.size()];
+    std::copy(datagram.begin(), datagram.end(), slot.bytes.begin());
+    slot.size = datagram.size();
+  }
+  void answer(std::span<const std::uint8_t> datagram) noexcept override { send(datagram); }
+  void adopt_sender() noexcept override {}
+  DirectPort* other = nullptr;
+
+ private:
+  struct Slot {
+    std::array<std::uint8_t, kMaxMessageBytes> bytes{};
+    std::size_t size = 0;
+  };
+  std::array<Slot, 8> slots_{};
+  std::size_t put_ = 0;
+  std::size_t taken_ = 0;
+};
+
+TEST(Link, NeitherAllocatesNorLocks) {
+  DirectPort at_robot;
+  DirectPort at_operator;
+  at_robot.other = &at_operator;
+  at_operator.other = &at_robot;
+  RobotEndpoint robot(at_robot, key(1), {});
+  OperatorEndpoint operating(at_operator, key(1), {});
+  nanoseconds now{};
+  long violations = 0;
+  {
+    const support::NoAllocGuard guard;
+    for (int i = 0; i < 300; ++i) {
+      now += 1ms;
+      (void)operating.poll(now);
+      operating.send({.enable = true}, {}, now);
+      (void)robot.poll(now);
+      robot.send({}, {}, now);
+    }
+    violations = guard.violations();
+  }
+  EXPECT_EQ(violations, 0);
+  EXPECT_TRUE(robot.connected(now));
+  EXPECT_TRUE(operating.connected(now));
+}
+
+}  // namespace station_endpoint_test
