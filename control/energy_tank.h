@@ -49,14 +49,20 @@ class EnergyTank {
   double level_J() const noexcept { return level_J_; }
 
  private:
-  /// Maximum force whose removal delivers at most this energy.
-  double brakeable_N(double energy_J, double along_m_per_s) const noexcept;
-
   Config config_;
   bool has_sample_ = false;
   Eigen::Vector3d p_m_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d damper_N_ = Eigen::Vector3d::Zero();  // part of the held force
   double level_J_;
 };
+
+struct LimitedForce {
+  Eigen::Vector3d force_N = Eigen::Vector3d::Zero();   ///< next force, with the damper
+  Eigen::Vector3d damper_N = Eigen::Vector3d::Zero();  ///< part of it
+  double withheld_N = 0.0;                             ///< wanted minus commanded force, without the damper
+};
+/// The force that an EnergyTank with this level passes: `config.active` does not count. Cycle.
+LimitedForce limited_by_energy(const EnergyTank::Config& config, double level_J,
+                               const Eigen::Vector3d& v_m_per_s, const Eigen::Vector3d& wanted_N) noexcept;
 
 }  // namespace control
