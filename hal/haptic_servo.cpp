@@ -39,7 +39,7 @@ std::vector<std::string> HapticLimits::problems() const {
   require(slew_N_per_s > 0.0 && slew_N_per_s <= 2000.0, "slew_N_per_s must be above 0 and at most 2000");
   require(speed_m_per_s > 0.0 && speed_m_per_s <= 2.0, "speed_m_per_s must be above 0 and at most 2");
   require(ramp_in >= 0ms && ramp_in <= 60s, "ramp_in must be 0 to 60 s");
-  require(stale_after >= 2ms && stale_after <= 100ms, "stale_after must be 2 ms to 100 ms");
+  require(stale_after >= 2ms && stale_after <= 500ms, "stale_after must be 2 ms to 500 ms");
   require(command_timeout >= 2ms && command_timeout <= 100ms, "command_timeout must be 2 ms to 100 ms");
   require(velocity_cutoff_Hz > 0.0 && velocity_cutoff_Hz <= 1000.0,
           "velocity_cutoff_Hz must be above 0 and at most 1000");

@@ -19,7 +19,8 @@ struct HapticLimits {
   /// The gain goes from 0 to 1 after each enabling, and each time the device could make no force: it had no
   /// position, it was settling, or its position was too old. 0: at once.
   std::chrono::milliseconds ramp_in{1000};
-  /// Older samples, and longer pauses between two exchanges, end the force. No less than the device's period.
+  /// Older samples, and longer pauses between two exchanges, end the force. No less than the device's period;
+  /// more than 0.1 s only for a device behind a network.
   std::chrono::milliseconds stale_after{20};
   std::chrono::milliseconds command_timeout{20};  ///< older commands end the force
   double velocity_cutoff_Hz = VelocityFilter::kDefaultCutoff_Hz;

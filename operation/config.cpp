@@ -352,6 +352,12 @@ void complete(control::Teleoperation::Config& teleoperation, const Config& confi
   teleoperation.tank.device_mass_kg = teleoperation.presence.device_mass_kg;
 }
 
+/// The hand's end of the link makes the same forces.
+void complete(control::DelayedPortConfig& port, const Config& config) {
+  port.tank.force_rate_N_per_s = config.haptic.limits.slew_N_per_s;
+  port.tank.device_mass_kg = config.teleoperation.presence.device_mass_kg;
+}
+
 /// At the key of the start that a setting changed, or else at one that the file has.
 void refuse_start(TomlTable teleoperation, const std::string& why) {
   TomlTable start = teleoperation.table("start");
@@ -398,10 +404,14 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   // Every key has a default, but a file without any key is a mistake that would enable a robot.
   if (root.empty())
     throw runtime::ConfigError({file.string() + ":1: holds no key; demo.toml and teleop.toml show them all"});
-  for (const char* key : {"robot", "loop", "geometry", "ethercat", "can", "simulation", "scene"})
+  for (const char* key :
+       {"role", "link", "robot", "loop", "geometry", "ethercat", "can", "simulation", "scene"})
     config.opened_once[key] = root.written(key);
   config.opened_once["haptic"] = root.written("haptic", "device");
   config.opened_once[kHapticDevice] = root.table("haptic").written("device");
+  using runtime::Role;
+  root.choice("role", config.role,
+              {{"both", Role::kBoth}, {"robot", Role::kRobot}, {"operator", Role::kOperator}});
   root.text("robot", config.robot.name);
   // The cycle rejects a bench rig, can:IFACE: it reports the number of wheels it needs.
   if (!runtime::is_robot_name(config.robot.name))
@@ -421,7 +431,14 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   read_simulation(root.table("simulation"), file.parent_path(), config.robot.simulation, config.models);
   TomlTable haptic = root.table("haptic");
   runtime::read_haptic(haptic, file.parent_path(), config.haptic);
-  config.teleoperated = root.has("teleoperation");
+  TomlTable link = root.table("link");
+  runtime::read_link(link, config.role, file.parent_path(), config.haptic.link);
+  if (config.role == Role::kRobot) {
+    if (haptic.has("device"))
+      haptic.refuse("device", "is given, but with role = \"robot\" the device is the operator's station's");
+    config.haptic.name = runtime::kRemoteHaptic;
+  }
+  config.teleoperated = root.has("teleoperation") || config.role == Role::kRobot;
   read_teleoperation(root.table("teleoperation"), config.teleoperation);
   runtime::read_scene(root.table("scene"), config.robot.scene);
   TomlTable ethercat = root.table("ethercat");
@@ -460,6 +477,7 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
       std::chrono::duration<double>(config.cycle.period).count();
   config.robot.simulation.geometry = config.cycle.controller.geometry;
   complete(config.teleoperation, config);
+  complete(config.haptic.link.port, config);
   if (config.teleoperated) check_teleoperation(config.teleoperation, root, toml);
   if (!settings.empty()) require_no_weaker(config, load_config(file), file);
   return config;

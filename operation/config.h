@@ -23,6 +23,7 @@ namespace operation {
 inline constexpr const char* kHapticDevice = "haptic.device";
 
 struct Config {
+  runtime::Role role = runtime::Role::kBoth;
   runtime::RobotOptions robot;
   runtime::RealTimeConfig real_time;
   /// If the commanding client is silent for longer, the robot comes to rest.
@@ -34,7 +35,7 @@ struct Config {
   control::Teleoperation::Config teleoperation;
   /// Drive models that the configuration names, as used.
   std::vector<runtime::RecordingFile::Attachment> models;
-  /// The configuration has [teleoperation]: a haptic device commands the robot.
+  /// The configuration has [teleoperation], or role = "robot": a haptic device commands the robot.
   bool teleoperated = false;
   /// Keys and tables that are read only when robot and haptic device are opened, as written. The
   /// rest is read for each run. The key of the haptic device is apart from its table, kHapticDevice.

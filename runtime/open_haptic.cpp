@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "drivers/haptic/haptic_usb.h"
+#include "drivers/station/udp_port.h"
 #include "hal/ethercat_robot.h"
 #include "hal/haptic/falcon_link.h"
 #include "hal/lockstep_haptic_device.h"
@@ -14,6 +15,7 @@
 #include "hal/seconds.h"
 #include "hal/setup_error.h"
 #include "runtime/configuration/regular_file.h"
+#include "runtime/station/remote_haptic_link.h"
 
 namespace runtime {
 namespace {
@@ -72,6 +74,16 @@ std::unique_ptr<hal::HapticLink> real_link(const HapticOptions& options) {
   }
   if (options.name == kSpaceMouse) return std::make_unique<hal::SpaceMouseLink>(options.space_mouse);
   throw std::invalid_argument("--haptic: there is no '" + options.name + "'; known: " + kKnown);
+}
+
+std::unique_ptr<hal::HapticLink> remote_link(const HapticOptions& options,
+                                             std::shared_ptr<LinkMonitor> monitor) {
+  return std::make_unique<RemoteHapticLink>(
+      [listen = options.link.listen] {
+        return std::make_unique<drivers::station::UdpPort>(drivers::station::UdpPort::listening(listen));
+      },
+      drivers::station::read_key_file(options.link.key_file), options.link, options.force_limit_N,
+      std::move(monitor));
 }
 
 std::chrono::milliseconds milliseconds(double seconds) {
@@ -180,7 +192,15 @@ OpenedHaptic open_haptic(const HapticOptions& options, const hal::Clock& clock,
   if (is_force_dimension(options.name))  // its firmware may have no watchdog of its own
     limits.stale_after = std::min(limits.stale_after, std::chrono::duration_cast<std::chrono::milliseconds>(
                                                           options.force_dimension.device.watchdog));
-  opened.device = std::make_unique<hal::ThreadedHapticDevice>(real_link(options), limits, options.thread);
+  std::unique_ptr<hal::HapticLink> link;
+  if (options.name == kRemoteHaptic) {
+    limits.stale_after = std::chrono::duration_cast<std::chrono::milliseconds>(options.link.endpoint.silence);
+    opened.link = std::make_shared<LinkMonitor>();
+    link = remote_link(options, opened.link);
+  } else {
+    link = real_link(options);
+  }
+  opened.device = std::make_unique<hal::ThreadedHapticDevice>(std::move(link), limits, options.thread);
   return opened;
 }
 

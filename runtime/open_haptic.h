@@ -14,9 +14,13 @@
 #include "hal/haptic_servo.h"
 #include "hal/threaded_haptic_device.h"
 #include "runtime/configuration/toml_reader.h"
+#include "runtime/station/link_options.h"
 #include "sim/hand.h"
 
 namespace runtime {
+
+/// Not for users: with role = "robot" the haptic device is the one of the operator's station.
+inline constexpr const char* kRemoteHaptic = "the operator's station";
 
 struct HapticOptions {
   std::string name = "loopback";
@@ -32,6 +36,7 @@ struct HapticOptions {
   } falcon;
   hal::SpaceMouseLinkConfig space_mouse;
   sim::HandParameters hand;  ///< of the loopback
+  LinkOptions link;          ///< of the operator's station
 };
 
 /// Applies the content of the `[haptic]` table of a configuration; drivers/haptic/README.md shows every key.
@@ -45,6 +50,7 @@ void bear_pauses(HapticOptions& options);
 struct OpenedHaptic {
   std::unique_ptr<sim::Hand> hand;  ///< of the loopback; otherwise null
   std::unique_ptr<hal::HapticDevice> device;
+  std::shared_ptr<LinkMonitor> link;  ///< of the operator's station; otherwise null
 };
 
 /// - `loopback`: a simulated hand on a simulated handle, in lock-step with the caller's `period`.
@@ -52,10 +58,11 @@ struct OpenedHaptic {
 ///   else the one in $FDSDK, else the loader's. No sample is older than its watchdog's time (20 ms).
 /// - `falcon`: a Novint Falcon over USB, started with `falcon.firmware` after each power-on.
 /// - `spacemouse`: a 3Dconnexion SpaceMouse, without force.
+/// - kRemoteHaptic: the device of the operator's station, over the link. No sample is older than its silence.
 /// All but the first have a thread of their own, run in real time, and fade the force in over 1 s or more.
 /// `clock` outlives the result. Nothing is opened before HapticDevice::activate().
 /// @throws std::invalid_argument for an unknown name, listing the known ones; hal::SetupError when the
-///         firmware file cannot be read.
+///         firmware file cannot be read, or drivers::SetupError the key of the link.
 OpenedHaptic open_haptic(const HapticOptions& options, const hal::Clock& clock,
                          std::chrono::nanoseconds period);
 

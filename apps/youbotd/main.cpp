@@ -14,7 +14,9 @@
 #include "apps/youbotd/check.h"
 #include "apps/youbotd/serve.h"
 #include "apps/youbotd/shown_run.h"
+#include "drivers/station/key.h"
 #include "operation/config.h"
+#include "operation/operator_station.h"
 #include "operation/report.h"
 #include "operation/session.h"
 #include "operation/teleop_demo.h"
@@ -45,6 +47,7 @@ struct Arguments {
   bool demo = false;
   bool quiet = false;
   bool check = false;
+  std::string make_key;
   runtime::Format format = runtime::Format::kText;
   operation::SessionOptions session;
 };
@@ -90,6 +93,9 @@ operation::Config configuration(const Arguments& arguments,
   }
   runtime::check_robot_name(config.robot.name);
   if (!arguments.haptic.empty()) {
+    if (config.role == runtime::Role::kRobot)
+      throw std::invalid_argument(
+          "--haptic: with role = \"robot\" the haptic device is the one of the operator's station");
     config.haptic.name = arguments.haptic;
     config.teleoperated = true;
     config.opened_once[operation::kHapticDevice].clear();
@@ -172,6 +178,23 @@ int run_teleoperation(const Arguments& arguments, const operation::Config& confi
                                                                                : code;
 }
 
+/// Without a robot, until a signal ends it.
+int run_station(const Arguments& arguments, const operation::Config& config) {
+  if (arguments.session.virtual_time || arguments.demo || arguments.page || arguments.ros2 ||
+      arguments.session.record_directory || !arguments.control_socket.empty())
+    throw std::invalid_argument(
+        "role = \"operator\" has a haptic device only: --demo, --page, --ros2, --record, --control and "
+        "--virtual-time belong to the robot's station");
+  const operation::StationSummary summary = operation::run_operator_station(
+      config,
+      {.duration = arguments.session.duration, .allow_non_real_time = arguments.session.allow_non_real_time},
+      runtime::stop_requested);
+  print(arguments, operation::report(summary));
+  if (summary.fault.empty()) return runtime::kExitOk;
+  spdlog::error("stopped by a fault: {}", summary.fault);
+  return runtime::kExitFault;
+}
+
 /// Commanded over a socket, until a signal ends it.
 int serve(const Arguments& arguments) {
   youbotd::serve({.service = {.config_file = arguments.session.config_file,
@@ -212,6 +235,7 @@ int run_check(const Arguments& arguments, const operation::Config& config) {
 
 /// No machine moves and no device exerts a force: a late loop does no harm.
 bool is_all_simulated(const operation::Config& config) {
+  if (config.role == runtime::Role::kOperator) return runtime::is_simulated_haptic(config.haptic.name);
   return runtime::is_simulated(config.robot.name) &&
          (!config.teleoperated || runtime::is_simulated_haptic(config.haptic.name));
 }
@@ -229,6 +253,12 @@ void choose_recording(Arguments& arguments) {
 }
 
 int run(Arguments arguments) {
+  if (!arguments.make_key.empty()) {
+    drivers::station::make_key_file(arguments.make_key);
+    print(arguments, "copy " + arguments.make_key + " to the other station over a trusted way, mode 0600\n");
+    return runtime::kExitOk;
+  }
+  if (arguments.session.config_file.empty()) throw std::invalid_argument("--config is required");
   const operation::Config config = configuration(arguments);
   if (arguments.duration_s)
     arguments.session.duration = std::chrono::nanoseconds(std::llround(*arguments.duration_s * 1e9));
@@ -243,6 +273,7 @@ int run(Arguments arguments) {
   if (arguments.check) return run_check(arguments, config);
   if (is_all_simulated(config)) arguments.session.allow_non_real_time = true;
   runtime::stop_on_signals();
+  if (config.role == runtime::Role::kOperator) return run_station(arguments, config);
   if (!arguments.quiet)
     spdlog::info("{}: running {}{}, {:g} Hz{}", runtime::build_version(), config.robot.name,
                  config.teleoperated ? " by hand on " + config.haptic.name : "",
@@ -278,8 +309,7 @@ int main(int argc, char** argv) {
       "Exit codes: 0 done, 2 usage or configuration, 3 device or set-up, 4 stopped by a fault, 130 "
       "interrupted before a path or a demo was done.");
   app.add_option("--config", arguments.session.config_file,
-                 "TOML file; demo.toml and teleop.toml, installed in PREFIX/share/youbot-hal, show its keys")
-      ->required();
+                 "TOML file; demo.toml and teleop.toml, installed in PREFIX/share/youbot-hal, show its keys");
   app.add_option("--robot", arguments.robot,
                  "robot in place of the configured one: loopback, wire, ethercat:IFACE");
   app.add_option("--haptic", arguments.haptic,
@@ -328,6 +358,8 @@ int main(int argc, char** argv) {
   CLI::Option* const check =
       app.add_flag("--check", arguments.check,
                    "check configuration, machine and devices, print what to do, and exit; nothing moves");
+  app.add_option("--make-key", arguments.make_key,
+                 "write a new key for the link of two stations into this new file, and exit");
   runtime::add_json_flag(app, arguments.format);
   app.get_option("--json")->needs(check)->description("with --check: print JSON, for other programs");
   app.add_flag("--quiet", arguments.quiet, "print problems only");

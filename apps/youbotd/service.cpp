@@ -129,6 +129,7 @@ void Service::require_fresh(std::string_view order) const {
 void Service::beat() {
   attend();
   (void)loop_.take(loop_report_);
+  if (master_.link) (void)master_.link->take(link_report_);
   watch_robot();
   watch_checks();
   watch_recording();

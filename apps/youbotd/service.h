@@ -158,6 +158,7 @@ class Service final : public ControlServer::Listener {
   std::chrono::nanoseconds fresh_from_{};             // requests received earlier may have waited that long
   Orders orders_;
   LoopReport loop_report_;
+  drivers::station::LinkReport link_report_;         // of the operator's station, if it is apart
   std::unique_ptr<operation::Run> run_;              // the one under way
   operation::VelocitySource* velocity_ = nullptr;    // of that run, in the modes velocity and ros2
   std::optional<std::chrono::nanoseconds> steered_;  // the last time, in mode ros2; empty: at rest

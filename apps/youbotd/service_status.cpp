@@ -75,6 +75,7 @@ json Service::status() const {
       status["master_state"] =
           loop_report_.master.ok() ? "ready" : master_.device->describe(loop_report_.master);
   }
+  if (master_.link) status["link"] = json_of(link_report_);
   return status;
 }
 

@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "hal/seconds.h"
+
 namespace youbotd {
 
 using nlohmann::json;
@@ -23,6 +25,22 @@ json json_of(const std::vector<hal::BusDevice>& devices) {
   for (const hal::BusDevice& device : devices)
     list.push_back({{"name", device.name}, {"answers", device.answers}, {"works", device.works}});
   return list;
+}
+
+json json_of(const drivers::station::LinkReport& link) {
+  return {{"connected", link.connected},
+          {"age_s", hal::seconds(link.age)},
+          {"round_trip_s", hal::seconds(link.round_trip)},
+          {"least_round_trip_s", hal::seconds(link.shortest_round_trip)},
+          {"clock_offset_s", hal::seconds(link.clock_offset)},
+          {"lost", link.lost_permille / 1000.0},
+          {"lost_there", link.lost_there_permille / 1000.0},
+          {"repeated", link.repeated},
+          {"sessions", link.sessions},
+          {"newest", link.newest},
+          {"recovered", link.recovered},
+          {"late", link.late},
+          {"refused", link.refused}};
 }
 
 }  // namespace youbotd

@@ -1,0 +1,49 @@
+#include "runtime/station/operator_cycle.h"
+
+#include "hal/setup_error.h"
+#include "runtime/station/station_values.h"
+
+namespace runtime {
+
+using std::chrono::nanoseconds;
+
+OperatorCycle::OperatorCycle(hal::HapticDevice& device, drivers::station::DatagramPort& port,
+                             const drivers::station::Key& key, const LinkOptions& options,
+                             LinkMonitor* monitor)
+    : device_(device), endpoint_(port, key, options.endpoint), passivity_(options.port), monitor_(monitor) {
+  if (device.info().rate_only)
+    throw hal::SetupError(
+        device.info().name, "use it at an operator's station",
+        "the link carries the position of a handle, and this device has none: connect it to "
+        "the robot's computer");
+}
+
+void OperatorCycle::step(nanoseconds now) noexcept {
+  status_ = device_.exchange(command_, sample_);
+  const Eigen::Vector3d held_N = held_N_;
+  held_N_ = status_.f_D_H_N;
+
+  endpoint_.poll(now);
+  const drivers::station::LinkReport report = endpoint_.report(now);
+  if (report.sessions != sessions_) {
+    sessions_ = report.sessions;
+    passivity_.reset();
+  }
+  command_ = {};
+  if (report.connected) {
+    const drivers::station::ForceMessage& message = endpoint_.message();
+    command_.enable = message.link.enable;
+    const Eigen::Vector3d force_N = force_from_link(message.states[0].force_uN);
+    if (status_.ok())
+      command_.f_D_H_N = passivity_.step(sample_.p_HD_m, sample_.v_HD_H_m_per_s, held_N, force_N,
+                                         energy_from_link(message.link.energy_in_nJ));
+  }
+  endpoint_.send({.energy_in_nJ = energy_to_link(passivity_.ledger().in_J()),
+                  .enable = report.connected,
+                  .fault = status_.fault,
+                  .detail = status_.detail},
+                 to_link(sample_, held_N, status_.ok() ? status_.age : nanoseconds(0)), now);
+  if (monitor_ != nullptr) monitor_->publish(report);
+}
+
+}  // namespace runtime

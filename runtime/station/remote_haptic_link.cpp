@@ -1,0 +1,114 @@
+#include "runtime/station/remote_haptic_link.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "hal/seconds.h"
+#include "runtime/station/station_values.h"
+
+namespace runtime {
+namespace {
+
+using drivers::station::HandleMessage;
+using drivers::station::HandleState;
+using hal::HapticFault;
+using hal::HapticStatus;
+using std::chrono::nanoseconds;
+
+/// Below the speed at which hal::HapticServo faults: late positions that arrive together are no fast handle.
+constexpr double kFollowing_m_per_s = 0.5;
+/// After a pause the way of a longer time is not made up for at once.
+constexpr std::chrono::milliseconds kLongestCatchUp{20};
+
+}  // namespace
+
+RemoteHapticLink::RemoteHapticLink(OpenPort open_port, const drivers::station::Key& key,
+                                   const LinkOptions& options, double force_limit_N,
+                                   std::shared_ptr<LinkMonitor> monitor)
+    : open_port_(std::move(open_port)),
+      key_(key),
+      options_(options),
+      info_{.name = "operator's station at " + options.listen,
+            .force_limit_N = force_limit_N,
+            .senses_rotation = true},
+      monitor_(std::move(monitor)),
+      passivity_(options.port) {}
+
+void RemoteHapticLink::open() {
+  close();
+  port_ = open_port_();
+  endpoint_.emplace(*port_, key_, options_.endpoint);
+  sessions_ = 0;
+  taken_.reset();
+  commanded_N_.setZero();
+  acted_N_.setZero();
+}
+
+/// The operator's station ends the force when nothing arrives; what it does by then is not known here.
+bool RemoteHapticLink::close() noexcept {
+  endpoint_.reset();
+  port_.reset();
+  return true;
+}
+
+HapticStatus RemoteHapticLink::exchange(const hal::HapticCommand& command, nanoseconds now,
+                                        hal::HapticSample& sample) noexcept {
+  if (!endpoint_) return {HapticFault::kNotActive};
+  HapticStatus status = read(now, sample);
+  // While no force is wanted, a lost station is waited for, as one that has never come.
+  if (!command.enable && !endpoint_->connected(now)) {
+    taken_.reset();
+    status = {HapticFault::kNotReady};
+  }
+  status.f_D_H_N = acted_N_;
+  commanded_N_ = command.enable ? command.f_D_H_N : Eigen::Vector3d::Zero();
+  endpoint_->send({.energy_in_nJ = energy_to_link(passivity_.ledger().in_J()), .enable = command.enable},
+                  to_link(commanded_N_), now);
+  if (monitor_) monitor_->publish(endpoint_->report(now));
+  return status;
+}
+
+HapticStatus RemoteHapticLink::read(nanoseconds now, hal::HapticSample& sample) noexcept {
+  const bool newer = endpoint_->poll(now);
+  const std::uint64_t session = endpoint_->report(now).sessions;
+  if (session != sessions_) {  // another hand at another place
+    sessions_ = session;
+    passivity_.reset();
+    taken_.reset();
+    acted_N_.setZero();
+    return {HapticFault::kNotReady};
+  }
+  // A silence after the first sample ends the force as for any other device: HapticServo sees the age.
+  if (!newer) return {taken_ ? HapticFault::kMissed : HapticFault::kNotReady};
+  const drivers::station::LinkState& operating = endpoint_->message().link;
+  if (operating.fault != HapticFault::kNone) return {.fault = operating.fault, .detail = operating.detail};
+  if (!operating.enable) return {taken_ ? HapticFault::kNoCommand : HapticFault::kNotReady};
+  take_states(sample, now);
+  return {};
+}
+
+void RemoteHapticLink::take_states(hal::HapticSample& sample, nanoseconds now) noexcept {
+  const HandleMessage& message = endpoint_->message();
+  const HandleState& newest = message.states[0];
+  from_link(newest, sample);
+  // A short press in a lost message counts, too.
+  for (int i = 1; i < endpoint_->new_states(); ++i)
+    sample.buttons |= message.states[static_cast<std::size_t>(i)].buttons;
+  const nanoseconds since = taken_ ? std::min<nanoseconds>(now - *taken_, kLongestCatchUp) : nanoseconds(0);
+  sample.p_HD_m = passivity_.step(sample.p_HD_m, commanded_N_, energy_from_link(message.link.energy_in_nJ),
+                                  kFollowing_m_per_s * hal::seconds(since));
+  sample.stamp = now;
+  taken_ = now;
+  acted_N_ = force_from_link(newest.force_uN);
+}
+
+std::string RemoteHapticLink::describe(const HapticStatus& status) const {
+  switch (status.fault) {
+    case HapticFault::kNotReady: return "no operator's station with a ready haptic device is connected";
+    case HapticFault::kStale: return "the operator's station was silent for too long";
+    case HapticFault::kNoCommand: return "the operator's station does not receive this one";
+    default: return std::string("operator's haptic device: ") + hal::describe(status.fault);
+  }
+}
+
+}  // namespace runtime
