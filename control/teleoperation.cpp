@@ -448,9 +448,10 @@ void Teleoperation::operate(const TeleopInput& input) noexcept {
   keep(robot_.track(smoothing_.setpoint(), stiffness_));
 
   const Eigen::Vector3d& v_m_per_s = input.grip.v_HD_H_m_per_s;
-  const bool held = input.grip_after_pause ? presence_.bridge(v_m_per_s)
-                                           : presence_.step(v_m_per_s, input.held_H_N, withheld_N_);
-  if (config_.detect_release && !held) {
+  const bool felt = input.grip_after_pause
+                        ? presence_.bridge(v_m_per_s)
+                        : presence_.step(v_m_per_s, input.felt_H_N.value_or(input.held_H_N), withheld_N_);
+  if (config_.detect_release && (!felt || input.released)) {
     feedback_share_ = centring_share_ = 0;
     clutched_ = false;
     button_was_up_ = false;

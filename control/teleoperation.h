@@ -97,6 +97,8 @@ struct TeleopInput {
   Grip grip;
   std::uint32_t buttons = 0;
   Eigen::Vector3d held_H_N = Eigen::Vector3d::Zero();  ///< force on the hand since the last sample
+  bool released = false;                               ///< known from elsewhere: no hand holds the handle
+  std::optional<Eigen::Vector3d> felt_H_N{};  ///< on a hand far away, as late as its motion; else empty
 };
 
 struct TeleopOutput {

@@ -23,6 +23,8 @@ struct HapticInfo {
   bool senses_rotation = false;
   /// The pose springs back to the middle by itself: its distance from there asks for a speed.
   bool rate_only = false;
+  /// A sample of this age is as good as new: the device's own thread does not keep step with the loop.
+  std::chrono::milliseconds fresh_within{10};
   std::vector<std::string> warnings = {};  ///< what an operator should know: "the firmware has no watchdog"
 };
 

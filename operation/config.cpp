@@ -352,10 +352,11 @@ void complete(control::Teleoperation::Config& teleoperation, const Config& confi
   teleoperation.tank.device_mass_kg = teleoperation.presence.device_mass_kg;
 }
 
-/// The hand's end of the link makes the same forces.
-void complete(control::DelayedPortConfig& port, const Config& config) {
-  port.tank.force_rate_N_per_s = config.haptic.limits.slew_N_per_s;
-  port.tank.device_mass_kg = config.teleoperation.presence.device_mass_kg;
+/// The hand's end of the link has the same handle.
+void complete(runtime::LinkOptions& link, const Config& config) {
+  link.presence = config.teleoperation.presence;
+  link.port.tank.force_rate_N_per_s = config.haptic.limits.slew_N_per_s;
+  link.port.tank.device_mass_kg = link.presence.device_mass_kg;
 }
 
 /// At the key of the start that a setting changed, or else at one that the file has.
@@ -477,7 +478,7 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
       std::chrono::duration<double>(config.cycle.period).count();
   config.robot.simulation.geometry = config.cycle.controller.geometry;
   complete(config.teleoperation, config);
-  complete(config.haptic.link.port, config);
+  complete(config.haptic.link, config);
   if (config.teleoperated) check_teleoperation(config.teleoperation, root, toml);
   if (!settings.empty()) require_no_weaker(config, load_config(file), file);
   return config;

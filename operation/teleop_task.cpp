@@ -22,8 +22,6 @@ using runtime::Verdict;
 using std::chrono::nanoseconds;
 
 constexpr std::size_t kJoints = TeleopRecord::kJoints;
-/// A haptic device's own thread does not keep step with this loop.
-constexpr std::chrono::milliseconds kFresh{10};
 /// Up to this many periods it was a late wake-up, and the next one is correspondingly early.
 constexpr int kPeriodsOfNoPause = 3;
 /// Relative to the controller's own times for braking and lowering, which it counts in cycles.
@@ -133,7 +131,7 @@ void TeleopTask::read(const Moment& moment) noexcept {
   input_.arm_homed = std::all_of(sample.joints.begin() + kWheels, sample.joints.begin() + kJoints,
                                  [](const hal::JointSample& joint) { return joint.homed; });
   input_.master_ready = master_status_.ok();
-  input_.grip_fresh = master_status_.ok() && master_status_.age < kFresh;
+  input_.grip_fresh = master_status_.ok() && master_status_.age < master_.info().fresh_within;
   // Not ready means not yet, and ends by itself.
   input_.master_fault = !master_status_.ok() && master_status_.fault != hal::HapticFault::kNotReady;
   input_.grip_after_pause = moment.gap > kPeriodsOfNoPause * period_;
@@ -142,6 +140,8 @@ void TeleopTask::read(const Moment& moment) noexcept {
   // The command of the last exchange acted until this one.
   input_.held_H_N = held_H_N_;
   held_H_N_ = master_status_.f_D_H_N;
+  input_.released = master_sample_.released;
+  input_.felt_H_N = master_sample_.felt_f_D_H_N;
 }
 
 bool TeleopTask::can_brake_after_pause(const Moment& moment) noexcept {

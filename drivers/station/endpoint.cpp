@@ -25,6 +25,8 @@ RobotEndpoint::RobotEndpoint(DatagramPort& port, const Key& key, const EndpointC
       traffic_(config.most_repeated) {}
 
 bool RobotEndpoint::poll(Time now) noexcept {
+  // What was held back meanwhile may not go on with it.
+  if (traffic_.in_session() && traffic_.silence(now) > config_.silence) traffic_.end();
   bool newer = false;
   for (int i = 0; i < kMaxDatagramsPerPoll; ++i) {
     const std::size_t size = port_.receive(buffer_);
@@ -44,7 +46,7 @@ bool RobotEndpoint::poll(Time now) noexcept {
 bool RobotEndpoint::welcome(std::span<const std::uint8_t> datagram, Time now) noexcept {
   Greeting greeting;
   if (!open_greeting(key_, Side::kOperator, datagram, greeting)) return false;
-  if (traffic_.in_session() && traffic_.silence(now) <= config_.silence) return true;
+  if (traffic_.in_session()) return true;
   if (greeting.from_robot != challenge_) {
     greeting.from_robot = challenge_;
     port_.answer(seal_greeting(key_, Side::kRobot, greeting));
@@ -75,7 +77,8 @@ bool OperatorEndpoint::poll(Time now) noexcept {
 }
 
 void OperatorEndpoint::look_for_robot(Time now) noexcept {
-  if (connected(now)) {
+  // A robot that hears but is not heard stops sooner when it is still sent that.
+  if (traffic_.heard() && traffic_.silence(now) <= 2 * config_.silence) {
     looking_ = false;
     return;
   }

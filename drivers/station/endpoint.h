@@ -8,8 +8,8 @@
 ///   messages               ⇄  messages                  sealed with keys from key, A and B
 ///
 /// An operator whose messages are not answered begins again with another A. The robot begins another session
-/// only when the last one has been silent for as long as allowed: one operator at a time. A recorded hello
-/// begins none, because its B is over.
+/// only when the last one has ended, by a silence longer than allowed: one operator at a time. A recorded
+/// hello begins none, because its B is over.
 #pragma once
 #include <array>
 #include <chrono>

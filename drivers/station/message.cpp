@@ -6,7 +6,7 @@
 namespace drivers::station {
 namespace {
 
-constexpr std::size_t kLinkStateBytes = 8 + 8 + 4 + 2 + 8 + 1 + 1 + 4;
+constexpr std::size_t kLinkStateBytes = 8 + 8 + 4 + 2 + 8 + 1 + 1 + 1 + 4;
 
 class ByteWriter {
  public:
@@ -81,6 +81,7 @@ std::size_t encode_any(const Message<State>& message, std::span<std::uint8_t> by
   writer.put(link.lost_permille);
   writer.put(link.energy_in_nJ);
   writer.put(static_cast<std::uint8_t>(link.enable));
+  writer.put(static_cast<std::uint8_t>(link.released));
   writer.put(static_cast<std::uint8_t>(link.fault));
   writer.put(link.detail);
   writer.put(message.count);
@@ -95,6 +96,7 @@ bool decode_any(std::span<const std::uint8_t> bytes, Message<State>& message) no
   ByteReader reader(bytes);
   LinkState& link = message.link;
   std::uint8_t enable = 0;
+  std::uint8_t released = 0;
   std::uint8_t fault = 0;
   reader.get(link.sent_ns);
   reader.get(link.echo_ns);
@@ -102,14 +104,17 @@ bool decode_any(std::span<const std::uint8_t> bytes, Message<State>& message) no
   reader.get(link.lost_permille);
   reader.get(link.energy_in_nJ);
   reader.get(enable);
+  reader.get(released);
   reader.get(fault);
   reader.get(link.detail);
   reader.get(message.count);
-  if (enable > 1 || fault > static_cast<std::uint8_t>(haptic::HapticFault::kDeviceFault)) return false;
+  if (enable > 1 || released > 1 || fault > static_cast<std::uint8_t>(haptic::HapticFault::kDeviceFault))
+    return false;
   if (link.lost_permille > 1000) return false;
   if (message.count < 1 || message.count > message.states.size()) return false;
   if (bytes.size() != kLinkStateBytes + 1 + message.count * bytes_of(State{})) return false;
   link.enable = enable != 0;
+  link.released = released != 0;
   link.fault = static_cast<haptic::HapticFault>(fault);
   for (std::size_t i = 0; i < message.count; ++i) {
     for_each_number(message.states[i], [&reader](auto& number) { reader.get(number); });

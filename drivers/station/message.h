@@ -24,6 +24,7 @@ struct LinkState {
   std::uint16_t lost_permille = 0;  ///< of the messages sent to it
   std::int64_t energy_in_nJ = 0;    ///< that entered the link at its port since the start of the session
   bool enable = false;              ///< robot: a force is wanted. Operator: the robot's messages arrive
+  bool released = false;            ///< operator: no hand holds the handle
   haptic::HapticFault fault = haptic::HapticFault::kNone;  ///< operator: of the haptic device
   std::uint32_t detail = 0;                                ///< likewise
   bool operator==(const LinkState&) const = default;

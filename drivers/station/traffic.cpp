@@ -31,6 +31,10 @@ bool Traffic<Sent, Received>::take(std::span<const std::uint8_t> datagram, Time 
     if (opened.verdict != Session::Verdict::kLate) ++report_.refused;
     return false;
   }
+  if (clocks_.known() && now - clocks_.offset() - nanoseconds(message.link.sent_ns) > kMaxAge) {
+    ++report_.late;
+    return false;
+  }
   const std::uint64_t missed = opened.sequence - newest_sequence_ - 1;
   const auto repeated = static_cast<std::uint64_t>(message.count - 1);
   // The messages before the first one were never sent, or are not wanted.

@@ -27,9 +27,13 @@ struct LinkReport {
   std::uint64_t sessions = 0;
   std::uint64_t newest = 0;     ///< messages that were newer than all before
   std::uint64_t recovered = 0;  ///< states that were lost, and arrived as repetitions
-  std::uint64_t late = 0;       ///< messages that a newer one had overtaken: they move nothing
-  std::uint64_t refused = 0;    ///< replayed, forged, malformed, or of another session or program
+  std::uint64_t late =
+      0;  ///< messages that a newer one had overtaken, or older than kMaxAge: they move nothing
+  std::uint64_t refused = 0;  ///< replayed, forged, malformed, or of another session or program
 };
+
+/// A message that was on its way for longer moves nothing, however genuine it is.
+inline constexpr std::chrono::milliseconds kMaxAge{500};
 
 /// `Sent` and `Received`: HandleState and ForceState, or the reverse. One thread. Cycle: everything.
 template <typename Sent, typename Received>

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "control/delayed_port.h"
+#include "control/hand_presence.h"
 #include "drivers/station/endpoint.h"
 #include "hal/newest_value.h"
 #include "runtime/configuration/toml_reader.h"
@@ -25,6 +26,7 @@ struct LinkOptions {
   std::filesystem::path key_file;  ///< of drivers::station::make_key_file()
   drivers::station::EndpointConfig endpoint;
   control::DelayedPortConfig port;
+  control::HandPresence::Config presence;  ///< of the hand at the operator's station
 };
 
 /// Applies the content of the `[link]` table; docs/two-stations.md shows every key. Relative paths start at

@@ -10,7 +10,11 @@ using std::chrono::nanoseconds;
 OperatorCycle::OperatorCycle(hal::HapticDevice& device, drivers::station::DatagramPort& port,
                              const drivers::station::Key& key, const LinkOptions& options,
                              LinkMonitor* monitor)
-    : device_(device), endpoint_(port, key, options.endpoint), passivity_(options.port), monitor_(monitor) {
+    : device_(device),
+      endpoint_(port, key, options.endpoint),
+      passivity_(options.port),
+      presence_(options.presence),
+      monitor_(monitor) {
   if (device.info().rate_only)
     throw hal::SetupError(
         device.info().name, "use it at an operator's station",
@@ -29,6 +33,7 @@ void OperatorCycle::step(nanoseconds now) noexcept {
     sessions_ = report.sessions;
     passivity_.reset();
   }
+  judge_hand(held_N);
   command_ = {};
   if (report.connected) {
     const drivers::station::ForceMessage& message = endpoint_.message();
@@ -40,10 +45,21 @@ void OperatorCycle::step(nanoseconds now) noexcept {
   }
   endpoint_.send({.energy_in_nJ = energy_to_link(passivity_.ledger().in_J()),
                   .enable = report.connected,
+                  .released = !held_,
                   .fault = status_.fault,
                   .detail = status_.detail},
                  to_link(sample_, held_N, status_.ok() ? status_.age : nanoseconds(0)), now);
   if (monitor_ != nullptr) monitor_->publish(report);
+}
+
+/// Here, where force and motion belong together: at the robot's station both are late.
+void OperatorCycle::judge_hand(const Eigen::Vector3d& held_N) noexcept {
+  if (!command_.enable || sample_.buttons != 0) {
+    presence_.reset();
+    held_ = true;
+  } else if (status_.ok()) {
+    held_ = presence_.step(sample_.v_HD_H_m_per_s, held_N, passivity_.withheld_N()) && held_;
+  }
 }
 
 }  // namespace runtime

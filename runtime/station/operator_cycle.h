@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "control/delayed_port.h"
+#include "control/hand_presence.h"
 #include "drivers/station/endpoint.h"
 #include "hal/haptic_device.h"
 #include "runtime/loop.h"
@@ -13,8 +14,8 @@
 namespace runtime {
 
 /// A cycle for run_loop(). Each step sends what the device measured and gives it the force that arrived last,
-/// within the energy that arrived. The force is off while the robot's station is silent, or asks for none.
-/// One thread.
+/// within the energy that arrived. A handle that no hand holds any more is reported until a button is pressed
+/// or the force was off. The force is off while the robot's station is silent, or asks for none. One thread.
 class OperatorCycle {
  public:
   /// `device`, active, and `port` outlive the cycle. `monitor` may be null.
@@ -37,9 +38,13 @@ class OperatorCycle {
   }
 
  private:
+  void judge_hand(const Eigen::Vector3d& held_N) noexcept;
+
   hal::HapticDevice& device_;
   drivers::station::OperatorEndpoint endpoint_;
   control::HandPort passivity_;
+  control::HandPresence presence_;
+  bool held_ = true;
   LinkMonitor* monitor_;
   std::uint64_t sessions_ = 0;
   hal::HapticCommand command_;

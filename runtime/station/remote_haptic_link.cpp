@@ -17,6 +17,8 @@ using std::chrono::nanoseconds;
 
 /// Below the speed at which hal::HapticServo faults: late positions that arrive together are no fast handle.
 constexpr double kFollowing_m_per_s = 0.5;
+/// With this much jitter, later messages overtake earlier ones and arrive in bursts.
+constexpr std::chrono::milliseconds kJitter{50};
 /// After a pause the way of a longer time is not made up for at once.
 constexpr std::chrono::milliseconds kLongestCatchUp{20};
 
@@ -30,7 +32,8 @@ RemoteHapticLink::RemoteHapticLink(OpenPort open_port, const drivers::station::K
       options_(options),
       info_{.name = "operator's station at " + options.listen,
             .force_limit_N = force_limit_N,
-            .senses_rotation = true},
+            .senses_rotation = true,
+            .fresh_within = kJitter},
       monitor_(std::move(monitor)),
       passivity_(options.port) {}
 
@@ -41,7 +44,6 @@ void RemoteHapticLink::open() {
   sessions_ = 0;
   taken_.reset();
   commanded_N_.setZero();
-  acted_N_.setZero();
 }
 
 /// The operator's station ends the force when nothing arrives; what it does by then is not known here.
@@ -60,8 +62,8 @@ HapticStatus RemoteHapticLink::exchange(const hal::HapticCommand& command, nanos
     taken_.reset();
     status = {HapticFault::kNotReady};
   }
-  status.f_D_H_N = acted_N_;
   commanded_N_ = command.enable ? command.f_D_H_N : Eigen::Vector3d::Zero();
+  status.f_D_H_N = commanded_N_;
   endpoint_->send({.energy_in_nJ = energy_to_link(passivity_.ledger().in_J()), .enable = command.enable},
                   to_link(commanded_N_), now);
   if (monitor_) monitor_->publish(endpoint_->report(now));
@@ -75,7 +77,6 @@ HapticStatus RemoteHapticLink::read(nanoseconds now, hal::HapticSample& sample) 
     sessions_ = session;
     passivity_.reset();
     taken_.reset();
-    acted_N_.setZero();
     return {HapticFault::kNotReady};
   }
   // A silence after the first sample ends the force as for any other device: HapticServo sees the age.
@@ -99,7 +100,8 @@ void RemoteHapticLink::take_states(hal::HapticSample& sample, nanoseconds now) n
                                   kFollowing_m_per_s * hal::seconds(since));
   sample.stamp = now;
   taken_ = now;
-  acted_N_ = force_from_link(newest.force_uN);
+  sample.released = message.link.released;
+  sample.felt_f_D_H_N = force_from_link(newest.force_uN);
 }
 
 std::string RemoteHapticLink::describe(const HapticStatus& status) const {

@@ -12,11 +12,10 @@
 
 namespace runtime {
 
-/// Not ready until the operator's station is connected and its device is ready. Samples carry the time of
+/// Not ready until the operator's station is connected and its device is ready. Samples have the time of
 /// their arrival: hal::HapticServo ends the force, and the robot stops, when none arrives for its
-/// stale_after. A fault of the operator's device is one of this device. The status holds the force that acted
-/// on the operator's hand when the sample was taken, so that force and motion belong together; it lags the
-/// commanded one by a round trip.
+/// stale_after. A fault of the operator's device is one of this device. Position and force are those of the
+/// link's robot port; the force that acted on the hand is in the sample.
 class RemoteHapticLink final : public hal::HapticLink {
  public:
   using OpenPort = std::function<std::unique_ptr<drivers::station::DatagramPort>()>;
@@ -48,7 +47,6 @@ class RemoteHapticLink final : public hal::HapticLink {
   std::uint64_t sessions_ = 0;                     // at the last message
   std::optional<std::chrono::nanoseconds> taken_;  // arrival of the last sample
   Eigen::Vector3d commanded_N_ = Eigen::Vector3d::Zero();
-  Eigen::Vector3d acted_N_ = Eigen::Vector3d::Zero();
 };
 
 }  // namespace runtime

@@ -192,6 +192,39 @@ TEST(Security, AFloodOfRecordedGreetingsKeepsNoOperatorOut) {
   EXPECT_TRUE(second.connected());
 }
 
+TEST(Security, AMessageThatWasHeldBackMovesNothing) {
+  Link link;
+  link.run(1s);
+  // The stranger lets through only what is 0.6 s old, from now on.
+  link.recorded.clear();
+  link.network.to_robot.set_silent(true);
+  link.run(150ms);
+  const int newer = link.newer;
+  const std::vector<Bytes> held_back = link.recorded;
+  ASSERT_GT(held_back.size(), 100U);
+  for (const Bytes& datagram : held_back) {
+    // Each alone would keep the session alive.
+    link.clock.sleep_until(link.clock.now() + (&datagram == &held_back.front() ? 600ms : 1ms));
+    link.network.at_robot.inject(datagram);
+    (void)link.robot.poll(link.clock.now());
+  }
+  EXPECT_EQ(link.newer, newer);
+  EXPECT_FALSE(link.robot.connected(link.clock.now()));
+}
+
+TEST(Security, ASlowlyGrowingDelayEndsTheSession) {
+  Link link;
+  link.run(1s);
+  sim::NetworkConditions conditions;
+  for (int i = 0; i < 600; ++i) {
+    conditions.delay += 1ms;
+    link.network.to_robot.set(conditions);
+    link.run(2ms);
+  }
+  link.run(1s);
+  EXPECT_FALSE(link.robot.connected(link.clock.now()));
+}
+
 TEST(Security, RubbishIsCountedAndMovesNothing) {
   Link link;
   link.run(100ms);

@@ -20,6 +20,7 @@ HandleMessage handle_message() {
                   .lost_permille = 50,
                   .energy_in_nJ = 1'000'000,
                   .enable = true,
+                  .released = true,
                   .fault = HapticFault::kNotReady,
                   .detail = 9};
   message.count = 2;
@@ -40,7 +41,7 @@ std::vector<std::uint8_t> bytes_of(const HandleMessage& message) {
 
 TEST(StationMessage, IsLittleEndianInTheDocumentedOrder) {
   const std::vector<std::uint8_t> bytes = bytes_of(handle_message());
-  ASSERT_EQ(bytes.size(), 36U + 1 + 2 * 48);
+  ASSERT_EQ(bytes.size(), 37U + 1 + 2 * 48);
   EXPECT_EQ(std::vector(bytes.begin(), bytes.begin() + 8),
             (std::vector<std::uint8_t>{8, 7, 6, 5, 4, 3, 2, 1}));
   EXPECT_EQ(bytes[8], 5);                      // echo
@@ -48,12 +49,13 @@ TEST(StationMessage, IsLittleEndianInTheDocumentedOrder) {
   EXPECT_EQ(bytes[20], 50);                    // lost
   EXPECT_EQ(bytes[22] | bytes[23] << 8 | bytes[24] << 16, 1'000'000);
   EXPECT_EQ(bytes[30], 1);     // enable
-  EXPECT_EQ(bytes[31], 2);     // fault
-  EXPECT_EQ(bytes[32], 9);     // detail
-  EXPECT_EQ(bytes[36], 2);     // states
-  EXPECT_EQ(bytes[37], 100);   // age of the newest
-  EXPECT_EQ(bytes[41], 0xFF);  // its position, -1 nm
-  EXPECT_EQ(bytes[44], 0xFF);
+  EXPECT_EQ(bytes[31], 1);     // released
+  EXPECT_EQ(bytes[32], 2);     // fault
+  EXPECT_EQ(bytes[33], 9);     // detail
+  EXPECT_EQ(bytes[37], 2);     // states
+  EXPECT_EQ(bytes[38], 100);   // age of the newest
+  EXPECT_EQ(bytes[42], 0xFF);  // its position, -1 nm
+  EXPECT_EQ(bytes[45], 0xFF);
 }
 
 TEST(StationMessage, ComesBackAsItWas) {
@@ -95,15 +97,16 @@ TEST(StationMessage, ValuesThatNoStationSendsAreRefused) {
   };
   EXPECT_TRUE(with(30, 0));
   EXPECT_FALSE(with(30, 2)) << "neither enabled nor not";
-  EXPECT_FALSE(with(31, 13)) << "a fault that no device has";
+  EXPECT_FALSE(with(31, 2)) << "neither released nor not";
+  EXPECT_FALSE(with(32, 13)) << "a fault that no device has";
   EXPECT_FALSE(with(21, 4)) << "more than everything lost";
-  EXPECT_FALSE(with(36, 0)) << "no state";
-  EXPECT_FALSE(with(36, kMaxRepeated + 2)) << "more states than a message has";
-  EXPECT_FALSE(with(37 + 4 + 12 + 7, 0x20)) << "a rotation that is half as long";
+  EXPECT_FALSE(with(37, 0)) << "no state";
+  EXPECT_FALSE(with(37, kMaxRepeated + 2)) << "more states than a message has";
+  EXPECT_FALSE(with(38 + 4 + 12 + 7, 0x20)) << "a rotation that is half as long";
 }
 
 TEST(StationMessage, ABufferThatIsTooSmallStaysEmpty) {
-  std::vector<std::uint8_t> bytes(36 + 1 + 2 * 48 - 1);
+  std::vector<std::uint8_t> bytes(37 + 1 + 2 * 48 - 1);
   EXPECT_EQ(encode(handle_message(), bytes), 0U);
 }
 

@@ -19,4 +19,7 @@ inline std::string program(std::string_view name) { return program_dir() + "/" +
 /// The library that stands in for the vendor's libdrd.
 std::string stand_in_library();
 
+/// The program that relays datagrams like a bad network.
+std::string udp_relay();
+
 }  // namespace support
