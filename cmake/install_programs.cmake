@@ -28,7 +28,7 @@ set(documents README.md apps/FILE_FORMATS.md apps/youbotd/README.md apps/youbot_
               apps/youbot_gap/README.md apps/youbot_sim/README.md drivers/haptic/README.md
               examples/README.md python/README.md udev/raw-socket.md tests/data/README.md LICENSE NOTICE CHANGELOG.md
               CONTRIBUTING.md docs/architecture.md docs/bounds.md docs/emulated_bus.md docs/frames.md docs/glossary.md docs/library.md
-              docs/robot.md docs/safety.md docs/speed.md docs/status.md)
+              docs/robot.md docs/safety.md docs/speed.md docs/status.md docs/two-stations.md)
 install(CODE "set(DOCUMENTS \"${documents}\")
 set(SOURCE \"${PROJECT_SOURCE_DIR}\")
 set(OUTPUT \"${PROJECT_BINARY_DIR}/generated/doc\")

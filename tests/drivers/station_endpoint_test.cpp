@@ -4,8 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <array>
 #include <chrono>
 #include <cstdint>
 #include <span>
@@ -13,6 +11,7 @@
 
 #include "hal/clock.h"
 #include "tests/support/channel_port.h"
+#include "tests/support/direct_port.h"
 #include "tests/support/no_alloc_guard.h"
 
 namespace station_endpoint_test {
@@ -247,37 +246,9 @@ TEST(Link, AFloodDoesNotHoldTheCycle) {
   EXPECT_EQ(link.robot.report(link.clock.now()).refused, refused + 64);
 }
 
-/// A port without the simulated network, which allocates. Holds few datagrams.
-class DirectPort final : public DatagramPort {
- public:
-  std::size_t receive(std::span<std::uint8_t> buffer) noexcept override {
-    if (taken_ == put_) return 0;
-    const Slot& slot = slots_[taken_++ % slots_.size()];
-    std::copy_n(slot.bytes.begin(), slot.size, buffer.begin());
-    return slot.size;
-  }
-  void send(std::span<const std::uint8_t> datagram) noexcept override {
-    Slot& slot = other->slots_[other->put_++ % slots_.size()];
-    std::copy(datagram.begin(), datagram.end(), slot.bytes.begin());
-    slot.size = datagram.size();
-  }
-  void answer(std::span<const std::uint8_t> datagram) noexcept override { send(datagram); }
-  void adopt_sender() noexcept override {}
-  DirectPort* other = nullptr;
-
- private:
-  struct Slot {
-    std::array<std::uint8_t, kMaxMessageBytes> bytes{};
-    std::size_t size = 0;
-  };
-  std::array<Slot, 8> slots_{};
-  std::size_t put_ = 0;
-  std::size_t taken_ = 0;
-};
-
 TEST(Link, NeitherAllocatesNorLocks) {
-  DirectPort at_robot;
-  DirectPort at_operator;
+  support::DirectPort at_robot;
+  support::DirectPort at_operator;
   at_robot.other = &at_operator;
   at_operator.other = &at_robot;
   RobotEndpoint robot(at_robot, key(1), {});

@@ -6,11 +6,15 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
+#include <fstream>
+#include <span>
+#include <sstream>
 #include <string>
 #include <vector>
 
 #include "tests/operation/station_rig.h"
-#include "tests/support/no_alloc_guard.h"
+#include "tests/support/built_paths.h"
 
 namespace two_stations_test {
 
@@ -165,6 +169,80 @@ TEST_P(AtDelay, TwoSecondsOfSilenceStopTheRobotUntilItIsStartedAgain) {
   rig.hand.move_to({0, 0, 0}, 500ms);
   EXPECT_TRUE(rig.run_until(TeleopPhase::kUnfolding));
   EXPECT_TRUE(rig.run_until(TeleopPhase::kOperating));
+}
+
+/// How the link feels to a hand of usual stiffness.
+struct Transparency {
+  double lag_ms = 0;     ///< of the robot's position behind the hand's, half-way through a reach of 3 cm
+  double felt_N = 0;     ///< on the hand at rest on a wall
+  double largest_N = 0;  ///< on the hand, on the way there
+};
+
+Transparency transparency(nanoseconds round_trip) {
+  Transparency measured;
+  {
+    StationRig rig(options(round_trip, 10));
+    EXPECT_TRUE(rig.run_until(TeleopPhase::kOperating));
+    rig.run(1s);
+    const std::size_t begin = rig.hands.size();
+    rig.hand.move_to({-0.03, 0, 0}, 1s);
+    rig.run(3s);
+    std::size_t hand = begin;
+    while (hand < rig.hands.size() && rig.hands[hand].p_m.x() > -0.015) ++hand;
+    std::size_t robot = begin;
+    while (robot < rig.records.size() && rig.records[robot].grip_p_HD_m[0] > -0.015) ++robot;
+    measured.lag_ms = static_cast<double>(robot) - static_cast<double>(hand);
+  }
+  StationRig::Options with_wall = options(round_trip, 10);
+  with_wall.scene.environment.walls.push_back({{0.385, 0, 0}, {-1, 0, 0}});
+  StationRig rig(with_wall);
+  EXPECT_TRUE(rig.run_until(TeleopPhase::kOperating));
+  rig.run(1s);
+  const std::size_t begin = rig.hands.size();
+  rig.hand.move_to({-0.04, 0, 0}, 1s);
+  rig.run(8s);
+  for (std::size_t i = begin; i < rig.hands.size(); ++i)
+    measured.largest_N = std::max(measured.largest_N, rig.hands[i].force_N.norm());
+  for (std::size_t i = rig.hands.size() - 1000; i < rig.hands.size(); ++i)
+    measured.felt_N += rig.hands[i].force_N.norm() / 1000;
+  return measured;
+}
+
+/// The row "| 120 ms | … |" of the table in docs/two-stations.md.
+std::vector<double> published(int round_trip_ms) {
+  std::ifstream page(support::source_dir() + "/docs/two-stations.md");
+  const std::string begin = "| " + std::to_string(round_trip_ms) + " ms |";
+  for (std::string line; std::getline(page, line);) {
+    if (!line.starts_with(begin)) continue;
+    std::istringstream cells(line.substr(begin.size()));
+    std::vector<double> numbers;
+    for (std::string cell; std::getline(cells, cell, '|');) numbers.push_back(std::stod(cell));
+    return numbers;
+  }
+  ADD_FAILURE() << "no row " << begin;
+  return std::vector<double>(5);
+}
+
+TEST(TwoStations, FeelAsTheTableSays) {
+  for (const int round_trip_ms : {0, 50, 120, 160, 300}) {
+    const nanoseconds round_trip = std::chrono::milliseconds(round_trip_ms);
+    const Transparency measured = transparency(round_trip);
+    const double with_mm_per_s = 1e3 * press_on_wall(round_trip, 1, true).late_m_per_s;
+    const double without_mm_per_s = 1e3 * press_on_wall(round_trip, 1, false).late_m_per_s;
+    std::printf("| %d ms | %.0f | %.2f | %.2f | %.1f | %.1f |\n", round_trip_ms, measured.lag_ms,
+                measured.felt_N, measured.largest_N, with_mm_per_s, without_mm_per_s);
+    const std::vector<double> table = published(round_trip_ms);
+    ASSERT_GE(table.size(), 5U);
+    const auto expect_near = [&](double value, double printed, double least) {
+      EXPECT_NEAR(value, printed, std::max(0.1 * printed, least)) << round_trip_ms << " ms";
+    };
+    expect_near(measured.lag_ms, table[0], 3);
+    expect_near(measured.felt_N, table[1], 0.05);
+    expect_near(measured.largest_N, table[2], 0.05);
+    // The loose hand swings chaotically: another compiler's rounding gives another motion of the same size.
+    EXPECT_LT(with_mm_per_s, 2 * table[3] + 5) << round_trip_ms << " ms";
+    EXPECT_GT(without_mm_per_s, table[4] / 2 - 5) << round_trip_ms << " ms";
+  }
 }
 
 TEST(TwoStations, AnOperatorWhoDoesNotHearTheRobotStopsIt) {

@@ -1,0 +1,129 @@
+// Both ends of a teleoperation from another computer: cycles without allocation, and what the operator's
+// station refuses.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "hal/clock.h"
+#include "hal/lockstep_haptic_device.h"
+#include "hal/loopback_haptic_link.h"
+#include "hal/setup_error.h"
+#include "runtime/station/operator_cycle.h"
+#include "runtime/station/remote_haptic_link.h"
+#include "runtime/station/station_values.h"
+#include "sim/hand.h"
+#include "tests/support/direct_port.h"
+#include "tests/support/no_alloc_guard.h"
+
+namespace station_test {
+
+using namespace runtime;
+using namespace std::chrono_literals;
+using std::chrono::nanoseconds;
+
+drivers::station::Key key() { return drivers::station::Key({1}); }
+
+/// The port that the test keeps.
+class Borrowed final : public drivers::station::DatagramPort {
+ public:
+  explicit Borrowed(DatagramPort& port) : port_(port) {}
+  std::size_t receive(std::span<std::uint8_t> buffer) noexcept override { return port_.receive(buffer); }
+  void send(std::span<const std::uint8_t> datagram) noexcept override { port_.send(datagram); }
+  void answer(std::span<const std::uint8_t> datagram) noexcept override { port_.answer(datagram); }
+  void adopt_sender() noexcept override { port_.adopt_sender(); }
+
+ private:
+  DatagramPort& port_;
+};
+
+struct Stations {
+  Stations()
+      : device(std::make_unique<hal::LoopbackHapticLink>(
+                   hand, 1ms, hal::HapticInfo{.name = "pen", .force_limit_N = 8.0, .senses_rotation = true}),
+               clock, {}),
+        remote([this] { return std::make_unique<Borrowed>(at_robot); }, key(), {}, 8.0, monitor) {
+    at_robot.other = &at_operator;
+    at_operator.other = &at_robot;
+    device.activate();
+    remote.open();
+    station.emplace(device, at_operator, key(), LinkOptions{}, nullptr);
+  }
+  void step(const hal::HapticCommand& command) {
+    clock.sleep_until(clock.now() + 1ms);
+    station->step(clock.now());
+    status = remote.exchange(command, clock.now(), sample);
+  }
+  hal::VirtualClock clock;
+  sim::Hand hand{sim::HandParameters{}};
+  support::DirectPort at_operator;
+  support::DirectPort at_robot;
+  std::shared_ptr<LinkMonitor> monitor = std::make_shared<LinkMonitor>();
+  hal::LockstepHapticDevice device;
+  RemoteHapticLink remote;
+  std::optional<OperatorCycle> station;
+  hal::HapticSample sample;
+  hal::HapticStatus status{};
+};
+
+TEST(Stations, NeitherEndAllocatesOrLocksInACycle) {
+  Stations stations;
+  long violations = 0;
+  {
+    const support::NoAllocGuard guard;
+    for (int i = 0; i < 2000; ++i) stations.step({i > 500, {1, 0, 0}});
+    violations = guard.violations();
+  }
+  EXPECT_EQ(violations, 0);
+  EXPECT_TRUE(stations.status.ok());
+}
+
+TEST(Stations, TheForceArrivesAtTheHandAndItsMotionAtTheRobot) {
+  Stations stations;
+  for (int i = 0; i < 3000; ++i) stations.step({true, {0.5, 0, 0}});
+  // 300 N/m of the hand's spring.
+  EXPECT_NEAR(stations.hand.p_HD_m().x(), 0.5 / 300, 1e-4);
+  EXPECT_NEAR(stations.sample.p_HD_m.x(), stations.hand.p_HD_m().x(), 1e-6);
+  ASSERT_TRUE(stations.sample.felt_f_D_H_N);
+  EXPECT_NEAR(stations.sample.felt_f_D_H_N->x(), 0.5, 1e-6);
+  drivers::station::LinkReport report;
+  ASSERT_TRUE(stations.monitor->take(report));
+  EXPECT_TRUE(report.connected);
+}
+
+TEST(Stations, ADeviceThatIsNoHandleIsRefused) {
+  sim::Hand hand{sim::HandParameters{}};
+  const hal::VirtualClock clock;
+  hal::LockstepHapticDevice cap(
+      std::make_unique<hal::LoopbackHapticLink>(hand, 1ms, hal::HapticInfo{.name = "cap", .rate_only = true}),
+      clock, {});
+  support::DirectPort port;
+  EXPECT_THROW(OperatorCycle(cap, port, key(), {}, nullptr), hal::SetupError);
+}
+
+TEST(StationValues, SurviveTheLink) {
+  hal::HapticSample sample;
+  sample.p_HD_m = {0.012345678, -0.5, 2};
+  sample.q_HD = Eigen::Quaterniond(0.5, 0.5, -0.5, 0.5);
+  sample.buttons = 5;
+  hal::HapticSample read;
+  from_link(to_link(sample, {1, -2, 3}, 2ms), read);
+  EXPECT_LT((read.p_HD_m - sample.p_HD_m).norm(), 1e-9);
+  EXPECT_LT(read.q_HD.angularDistance(sample.q_HD), 1e-8);
+  EXPECT_EQ(read.buttons, 5U);
+  EXPECT_EQ(to_link(sample, {1, -2, 3}, 2ms).age_us, 2000U);
+  EXPECT_NEAR(energy_from_link(energy_to_link(0.123456789)), 0.123456789, 1e-9);
+}
+
+TEST(StationValues, WhatDoesNotFitIsClamped) {
+  EXPECT_EQ(to_link(Eigen::Vector3d(1e9, -1e9, NAN)).force_uN,
+            (std::array<std::int32_t, 3>{INT32_MAX, -INT32_MAX, 0}));
+  EXPECT_EQ(energy_to_link(1e300), std::int64_t{1} << 62);
+}
+
+}  // namespace station_test
