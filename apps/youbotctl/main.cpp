@@ -100,6 +100,16 @@ void print(const json& status) {
   if (status.contains("master"))
     line("device", text(status, "master") +
                        (status.contains("master_state") ? ": " + text(status, "master_state") : ""));
+  if (status.contains("link")) {
+    const json& link = status["link"];
+    const bool connected = link["connected"] == true;
+    std::array<char, 80> quality{};
+    if (connected)
+      std::snprintf(quality.data(), quality.size(), ", round trip %.0f ms, %.1f %% lost here, %.1f %% there",
+                    1e3 * link.value("round_trip_s", 0.0), 100 * link.value("lost", 0.0),
+                    100 * link.value("lost_there", 0.0));
+    line("link", (connected ? "connected" : "not connected") + std::string(quality.data()));
+  }
   numbers("base", "base_W", "m, m, rad");
   numbers("end effector", "tip_p_WT_m", "m");
   numbers("hand", "force_H_N", "N");

@@ -82,7 +82,8 @@ Findings check(const operation::Config& config, const CheckOptions& options) {
   Findings findings{check_configuration(config, options.virtual_time)};
   if (!options.virtual_time) check_real_time(config, options, findings);
   if (config.robot.name.starts_with(runtime::kEthercatPrefix)) check_bus(config.robot, options, findings);
-  if (config.teleoperated)
+  for (Finding& finding : check_link(config.role, config.haptic.link)) findings.push_back(std::move(finding));
+  if (config.teleoperated || config.role == runtime::Role::kOperator)
     for (Finding& finding : check_master(config.haptic, options.paths))
       findings.push_back(std::move(finding));
   if (options.record_directory)

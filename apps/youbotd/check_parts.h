@@ -81,6 +81,11 @@ Finding check_devices(drivers::ethercat::Link& link, drivers::tmcl::YoubotKind k
 /// For a device known to runtime::open_haptic(). Empty for the simulated one.
 Findings check_master(const runtime::HapticOptions& options, const drivers::usb::SystemPaths& paths);
 
+// check_link.cpp: key and address of a station. Sends nothing.
+
+/// Empty with one computer for both.
+Findings check_link(runtime::Role role, const runtime::LinkOptions& link);
+
 // check_recording.cpp: whether a run can be recorded in its directory.
 
 /// Writes a file in `directory`, or where it would be created, and removes it again. `holds_recording`: there

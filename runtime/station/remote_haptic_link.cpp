@@ -20,7 +20,7 @@ constexpr double kFollowing_m_per_s = 0.5;
 /// With this much jitter, later messages overtake earlier ones and arrive in bursts.
 constexpr std::chrono::milliseconds kJitter{50};
 /// After a pause the way of a longer time is not made up for at once.
-constexpr std::chrono::milliseconds kLongestCatchUp{20};
+constexpr std::chrono::milliseconds kCatchUp{20};
 
 }  // namespace
 
@@ -95,7 +95,7 @@ void RemoteHapticLink::take_states(hal::HapticSample& sample, nanoseconds now) n
   // A short press in a lost message counts, too.
   for (int i = 1; i < endpoint_->new_states(); ++i)
     sample.buttons |= message.states[static_cast<std::size_t>(i)].buttons;
-  const nanoseconds since = taken_ ? std::min<nanoseconds>(now - *taken_, kLongestCatchUp) : nanoseconds(0);
+  const nanoseconds since = taken_ ? std::min<nanoseconds>(now - *taken_, kCatchUp) : nanoseconds(0);
   sample.p_HD_m = passivity_.step(sample.p_HD_m, commanded_N_, energy_from_link(message.link.energy_in_nJ),
                                   kFollowing_m_per_s * hal::seconds(since));
   sample.stamp = now;

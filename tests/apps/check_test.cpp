@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "apps/youbotd/check_parts.h"
+#include "drivers/station/key.h"
 #include "hal/ethercat_robot.h"
 #include "tests/drivers/ethercat_fakes.h"
 #include "tests/support/built_paths.h"
@@ -176,6 +177,26 @@ TEST(CheckMaster, OneThatIsNotThereFailsWithWhatToLookAt) {
   EXPECT_TRUE(says(omega[0].remedy, "FDSDK")) << omega[0].remedy;
   options.force_dimension.transport = hal::ForceDimensionTransport::kUsb;
   EXPECT_TRUE(says(check_master(options, machine.paths())[0].remedy, "transport = \"sdk\""));
+}
+
+TEST(CheckLink, NamesAKeyOrAnAddressThatCannotBeUsed) {
+  const support::TemporaryDirectory folder;
+  runtime::LinkOptions link;
+  EXPECT_TRUE(check_link(runtime::Role::kBoth, link).empty());
+  link.key_file = folder / "none";
+  link.listen = "127.0.0.1:0";
+  const Findings robot = check_link(runtime::Role::kRobot, link);
+  ASSERT_EQ(robot.size(), 2U);
+  EXPECT_EQ(robot[0].mark, Mark::kFail);
+  EXPECT_TRUE(says(robot[0].remedy, "--make-key")) << robot[0].remedy;
+  EXPECT_EQ(robot[1].mark, Mark::kOk) << robot[1].found;
+  drivers::station::make_key_file(link.key_file);
+  link.peer = "127.0.0.1";
+  const Findings operating = check_link(runtime::Role::kOperator, link);
+  ASSERT_EQ(operating.size(), 2U);
+  EXPECT_EQ(operating[0].mark, Mark::kOk) << operating[0].found;
+  EXPECT_EQ(operating[1].mark, Mark::kFail) << "no port";
+  EXPECT_TRUE(says(operating[1].found, "127.0.0.1")) << operating[1].found;
 }
 
 TEST(CheckRecording, LooksWhereItWouldBeMadeAndLeavesNothing) {

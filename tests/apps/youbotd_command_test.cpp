@@ -34,6 +34,41 @@ TEST(YoubotdCommand, HelpNamesTheExitCodesAndSucceeds) {
     EXPECT_NE(result.output.find(word), std::string::npos) << word;
 }
 
+TEST(YoubotdCommand, NeedsAConfiguration) {
+  const Result result = run({});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_NE(result.output.find("--config"), std::string::npos) << result.output;
+}
+
+TEST(YoubotdCommand, MakesAKeyOnceAndReplacesNone) {
+  const support::TemporaryDirectory directory;
+  const std::string key = directory / "link.key";
+  EXPECT_EQ(run({"--make-key", key}).exit_code, 0);
+  EXPECT_EQ(fs::file_size(key), 32U);
+  const Result again = run({"--make-key", key});
+  EXPECT_EQ(again.exit_code, 3);
+  EXPECT_NE(again.output.find(key), std::string::npos) << again.output;
+}
+
+TEST(YoubotdCommand, AnOperatorsStationHasNoRobotToShowOrRecord) {
+  const support::TemporaryDirectory directory;
+  const fs::path config = directory.write(
+      "operator.toml", "role = \"operator\"\n[link]\npeer = \"127.0.0.1:7777\"\nkey_file = \"none\"\n");
+  EXPECT_EQ(run({"--config", config, "--demo"}).exit_code, 2);
+  const Result keyless = run({"--config", config});
+  EXPECT_EQ(keyless.exit_code, 3);
+  EXPECT_NE(keyless.output.find("--make-key"), std::string::npos) << keyless.output;
+}
+
+TEST(YoubotdCommand, TheRobotsStationTakesNoHapticDeviceOfItsOwn) {
+  const support::TemporaryDirectory directory;
+  const fs::path config = directory.write(
+      "robot.toml", "role = \"robot\"\n[link]\nlisten = \"127.0.0.1:0\"\nkey_file = \"none\"\n");
+  const Result result = run({"--config", config, "--haptic", "loopback"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_NE(result.output.find("--haptic"), std::string::npos) << result.output;
+}
+
 TEST(YoubotdCommand, ReportsItsProgressUnlessQuiet) {
   const support::TemporaryDirectory directory;
   // This machine may be busy.
