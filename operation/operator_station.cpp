@@ -16,8 +16,8 @@
 namespace operation {
 namespace {
 
-constexpr std::chrono::milliseconds kLook{50};
-constexpr std::chrono::seconds kQuality{10};
+constexpr std::chrono::milliseconds kLinkLook{50};
+constexpr std::chrono::seconds kLinkQuality{10};
 
 /// Until it is stopped.
 void log_link(const std::stop_token& ended, runtime::LinkMonitor& monitor, const std::string& peer) {
@@ -26,7 +26,7 @@ void log_link(const std::stop_token& ended, runtime::LinkMonitor& monitor, const
   bool connected = false;
   std::chrono::nanoseconds logged = clock.now();
   while (!ended.stop_requested()) {
-    std::this_thread::sleep_for(kLook);
+    std::this_thread::sleep_for(kLinkLook);
     monitor.take(report);
     if (report.connected != connected) {
       connected = report.connected;
@@ -35,7 +35,7 @@ void log_link(const std::stop_token& ended, runtime::LinkMonitor& monitor, const
       else
         spdlog::warn("robot's station {} is silent: the force is off", peer);
     }
-    if (!connected || clock.now() - logged < kQuality) continue;
+    if (!connected || clock.now() - logged < kLinkQuality) continue;
     logged = clock.now();
     spdlog::info("link to {}: {}", peer, runtime::describe(report));
   }

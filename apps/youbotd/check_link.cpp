@@ -8,16 +8,15 @@
 namespace youbotd {
 
 Findings check_link(runtime::Role role, const runtime::LinkOptions& link) {
-  using Mark = Finding::Mark;
   if (role == runtime::Role::kBoth) return {};
   Findings findings;
   const auto look = [&findings](const std::string& good, const auto& attempt) {
     try {
       attempt();
-      findings.push_back({Mark::kOk, good});
+      findings.push_back({Finding::Mark::kOk, good});
     } catch (const drivers::SetupError& error) {
       const drivers::SetupError::Report& report = error.report();
-      findings.push_back({Mark::kFail, report.device + ": " + report.found, report.hint});
+      findings.push_back({Finding::Mark::kFail, report.device + ": " + report.found, report.hint});
     }
   };
   using drivers::station::UdpPort;

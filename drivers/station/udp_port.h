@@ -9,7 +9,7 @@
 
 namespace drivers::station {
 
-/// Datagrams of anybody arrive: the session above authenticates them.
+/// Datagrams of every sender arrive: the session above authenticates them.
 class UdpPort final : public DatagramPort {
  public:
   /// Setup: receives at "HOST:PORT" or "[IPV6]:PORT", such as "0.0.0.0:7777". The other station is the one

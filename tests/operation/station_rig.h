@@ -15,7 +15,7 @@
 
 namespace teleop_rig {
 
-/// A port that belongs to somebody else.
+/// A port that the rig owns.
 class BorrowedPort final : public drivers::station::DatagramPort {
  public:
   explicit BorrowedPort(drivers::station::DatagramPort& port) : port_(port) {}

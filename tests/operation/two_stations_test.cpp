@@ -116,6 +116,26 @@ TEST(TwoStations, WithoutPassivityTheSameWallDrivesTheHand) {
   }
 }
 
+/// Released 3 cm beside its origin, and pushed towards it: the centring spring is at the robot's station.
+bool is_centred_without_a_hand(nanoseconds round_trip, bool passivity) {
+  StationRig::Options rig_options = options(round_trip, 11);
+  rig_options.link.port.active = passivity;
+  StationRig rig(rig_options);
+  rig.hand.let_go();
+  rig.hand.push({1, 0, 0});
+  rig.run(150ms);
+  rig.hand.push({0, 0, 0});
+  return rig.run_until(TeleopPhase::kUnfolding, 20s);
+}
+
+TEST_P(AtDelay, AReleasedHandleComesToItsOriginInTheStartUp) {
+  EXPECT_TRUE(is_centred_without_a_hand(round_trip(), true));
+}
+
+TEST(TwoStations, WithoutPassivityTheCentringSpringSwingsAReleasedHandle) {
+  EXPECT_FALSE(is_centred_without_a_hand(300ms, false));
+}
+
 /// No wall: the robot follows the hand, and comes to where it stays.
 TEST_P(AtDelay, TheEndEffectorFollowsTheHandWithoutAnOffset) {
   StationRig rig(options(round_trip(), 4));

@@ -24,7 +24,7 @@ set(documents README.md apps/FILE_FORMATS.md apps/youbotd/README.md apps/youbot_
               apps/youbot_gap/README.md apps/youbot_sim/README.md drivers/haptic/README.md
                  examples/README.md python/README.md udev/raw-socket.md tests/data/README.md LICENSE NOTICE CHANGELOG.md CONTRIBUTING.md
                  docs/architecture.md docs/bounds.md docs/emulated_bus.md docs/frames.md docs/glossary.md docs/library.md docs/robot.md
-                 docs/safety.md docs/speed.md docs/status.md docs/page.png)
+                 docs/safety.md docs/speed.md docs/status.md docs/two-stations.md docs/page.png)
 list(TRANSFORM documents PREPEND /usr/share/doc/youbot-hal/)
 set(expected ${installed_programs} ${installed_rules} ${UNIT_DIR}/youbotd.service ${SYSUSERS_DIR}/youbotd.conf
              ${pages} ${completions}
