@@ -247,11 +247,14 @@ void BaseSubject::leave_out_outliers(Side& side, Compared what) {
   for (std::size_t m = 0; m < windows.size(); ++m) {
     const std::size_t before = windows[m].size();
     std::erase_if(windows[m], [&](const PlannedWindow&) { return is_outlier[next++]; });
-    if (const std::size_t lost = before - windows[m].size(); lost > 0)
-      notes_.push_back(
-          base_text("%s: %zu of %zu windows of %.2g s are left out: the pose departs from the "
-                    "wheels far more than in all others",
-                    side.motions[m].name.c_str(), lost, before, window_s_[what]));
+    const std::size_t lost = before - windows[m].size();
+    if (lost == 0) continue;
+    std::string note = base_text(
+        "%s: %zu of %zu windows of %.2g s are left out: the pose departs from the "
+        "wheels far more than in all others",
+        side.motions[m].name.c_str(), lost, before, window_s_[what]);
+    // Places and headings may have the same windows.
+    if (std::ranges::find(notes_, note) == notes_.end()) notes_.push_back(std::move(note));
   }
 }
 
