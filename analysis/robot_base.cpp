@@ -1,5 +1,6 @@
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <memory>
 #include <utility>
 
@@ -56,12 +57,14 @@ BaseRecording base_recording(const runtime::BaseFile& robot, const RobotTable& t
   const auto rows = static_cast<Eigen::Index>(read.rows());
   const auto wheels = static_cast<Eigen::Index>(robot.base.wheels.size());
   recording.wheel.resize(wheels, rows);
+  const bool is_loaded =
+      std::ranges::none_of(robot.columns.wheels, [](const auto& wheel) { return wheel.load.empty(); });
   for (std::size_t w = 0; w < robot.base.wheels.size(); ++w) {
     const auto row = static_cast<Eigen::Index>(w);
     recording.is_speed.push_back(robot.columns.wheels[w].position.empty());
     const auto values = read.column(wheel_quantity(w));
     recording.wheel.row(row) = Eigen::Map<const Eigen::RowVectorXd>(values.data(), rows);
-    if (!read.has(load_quantity(w))) continue;
+    if (!is_loaded) continue;
     if (recording.load.size() == 0) recording.load = Eigen::MatrixXd::Zero(wheels, rows);
     const auto load = read.column(load_quantity(w));
     recording.load.row(row) = Eigen::Map<const Eigen::RowVectorXd>(load.data(), rows).cwiseAbs();
@@ -111,6 +114,12 @@ OpenedRobot open_base(const RobotGapOptions& options) {
         (table.is_searched ? data : held_out).push_back(base_recording(base, table));
       });
   for (const BaseRecording& recording : data) opened.findings.data.push_back(recording.name);
+  for (std::size_t f = 0; f < base.base.floors.size(); ++f) {
+    const auto on = [f](const BaseRecording& one) { return one.floor == static_cast<int>(f); };
+    if (std::ranges::none_of(data, on) && std::ranges::none_of(held_out, on))
+      opened.warnings.push_back(fmt::format("{}: no recording begins with a name of [[floor]] '{}'",
+                                            options.model.string(), base.base.floors[f].name));
+  }
   auto subject =
       std::make_unique<BaseSubject>(base.base, std::move(data), std::move(held_out), base.window_s);
   opened.findings.name = base.name;

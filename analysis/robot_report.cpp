@@ -142,8 +142,8 @@ void add_robot_shares(report::Page& page, const RobotFindings& findings) {
   if (result.shares.empty()) return;
   page.heading("Where they part");
   page.text(
-      "Share of the squared residual of the model as given, in ranges of each quantity, in both directions, "
-      "and over the time of each recording.");
+      "Share of the squared residual of the model as given, in ranges of each quantity and over the time of "
+      "each recording.");
   add_robot_share_plots(page, result);
   std::vector<report::Row> rows;
   for (const Share& share : result.shares)

@@ -28,8 +28,8 @@ struct ArmDrive {
   double gear_ratio = 1;
   double torque_scale = 1;
   double encoder_zero_rad = 0;
-  double compliance_rad_per_Nm = 0;  ///< of the gear
-  bool friction_before_gear = false;
+  double compliance_rad_per_Nm = 0;   ///< of the gear
+  bool friction_before_gear = false;  ///< true: the gear carries the torque of the rigid body alone
   double rotor_inertia_kg_m2 = 0;
   double coulomb_Nm = 0;
   double viscous_Nm_s_per_rad = 0;

@@ -82,6 +82,7 @@ std::string deciding_pose(const control::ArmDescription& one, const control::Arm
   for (Eigen::Index j = 0; j < difference.rows(); ++j) {
     const Range seen = range_of(motions, j);
     const double width = 2 * (seen.upper - seen.lower) / kPoseBins;
+    if (!(width > 0)) continue;
     const double from = seen.lower - (seen.upper - seen.lower) / 2;
     std::array<double, kPoseBins> sum{};
     std::array<double, kPoseBins> count{};

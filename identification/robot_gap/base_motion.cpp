@@ -189,6 +189,7 @@ std::vector<BaseTrack> split(const BaseTrack& track, const std::vector<bool>& ju
 /// Of displacements over windows of this length, measured ones are within this factor of those by the wheels.
 constexpr double kCompared_s = 1;
 constexpr double kSameSize = 5;
+constexpr double kAtRest_m = 1e-3;
 
 void require_same_size(const BaseMotion& motion, const BaseDescription& base) {
   const BaseRolling rolling(base);
@@ -198,12 +199,15 @@ void require_same_size(const BaseMotion& motion, const BaseDescription& base) {
   const auto square_m2 = [lever_m](const PlanarVector& one) {
     return one.head<2>().squaredNorm() + lever_m * lever_m * one[2] * one[2];
   };
+  double windows = 0;
   for (const BaseWindow& window : windows_of(motion, kCompared_s, kCompared_s, 0)) {
     measured_m2 += square_m2(window.measured);
     by_wheels_m2 += square_m2(predicted(
         rolling, wheel_steps(motion.runs[window.run], window.start_s, window.end_s, 0), motion.floor));
+    ++windows;
   }
-  if (!(by_wheels_m2 > 0)) return;
+  // At rest, both are noise.
+  if (!(by_wheels_m2 > windows * kAtRest_m * kAtRest_m)) return;
   const double ratio = std::sqrt(measured_m2 / by_wheels_m2);
   if (ratio < kSameSize && ratio > 1 / kSameSize) return;
   char text[300];
@@ -380,9 +384,10 @@ BaseMotion cut(const BaseRecording& recording, const BaseDescription& base, doub
                                 " steps: check position_factor and heading_factor of [tracking], and "
                                 "radius_m and factor of the wheels");
   if (motion.runs.empty())
-    throw std::invalid_argument(recording.name +
-                                ": the measured pose never changes: check the columns of "
-                                "[tracking], or leave the recording out");
+    throw std::invalid_argument(
+        recording.name + (rows < 3 ? std::string(": it has only ") + std::to_string(rows) + " rows"
+                                   : std::string(": the measured pose never changes: check the columns of "
+                                                 "[tracking], or leave the recording out")));
   require_same_size(motion, base);
   if (pauses > 0) motion.notes.push_back(recording.name + ": cut at " + counted(pauses, " pause", " pauses"));
   if (jumps > 0)

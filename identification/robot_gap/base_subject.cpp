@@ -22,6 +22,8 @@ using control::BaseRolling;
 using control::PlanarVector;
 
 constexpr double kLongestDelay_s = 0.3;
+/// Of what the steps of align() leave, and of the slope that stands for it.
+constexpr double kDelayLeft_s = 0.03;
 /// Step of the derivative by the delay.
 constexpr double kDelayChange_s = 0.01;
 constexpr double kShortestWindow_s = 0.25;
@@ -39,6 +41,7 @@ constexpr double kParts = 8;
 constexpr double kFewestWindows = 30;
 constexpr double kWantedBaseBlocks = 60;
 constexpr int kFewestBaseBlocks = 8;
+constexpr double kEnoughBaseBlocks = 24;
 /// Below this share of its top speed a base stands still.
 constexpr double kRests = 0.05;
 constexpr std::array<const char*, 3> kChannelNames{"forward", "sideways", "heading"};
@@ -87,7 +90,7 @@ BaseSubject::BaseSubject(const BaseDescription& given, std::vector<BaseRecording
   if (data.empty()) throw std::invalid_argument("there is no recording to search");
   if (held_out.empty())
     for (BaseRecording& whole : data) held_out.push_back(set_aside(whole));
-  longest_delay_s_ = kLongestDelay_s;
+  longest_delay_s_ = kDelayLeft_s;
   has_linear_delay_ = true;
   for (const bool is_searched : {true, false})
     for (const BaseRecording& recording : is_searched ? data : held_out) {
@@ -118,7 +121,10 @@ BaseSubject::BaseSubject(const BaseDescription& given, std::vector<BaseRecording
         "motion",
         searched_.blocks(), window_s_[kPlace], kFewestBaseBlocks));
   if (held_out_.rows.empty())
-    throw std::invalid_argument("the base does not move in the held-out recordings: hold out others");
+    throw std::invalid_argument(
+        base_text("no held-out recording shows the base in motion for a window of %.2g s: "
+                  "hold out longer ones, or others",
+                  window_s_[kPlace]));
   find_floor(data);
 }
 
@@ -283,8 +289,11 @@ void BaseSubject::find_floor(std::span<const BaseRecording> recordings) {
 void BaseSubject::plan_rows(const Side& side, RowPlan& plan) const {
   std::size_t all = 0;
   for (const std::vector<PlannedWindow>& windows : side.windows[kPlace]) all += windows.size();
-  const auto size =
-      static_cast<std::size_t>(std::max(1.0, std::round(static_cast<double>(all) / kWantedBaseBlocks)));
+  // Neighbours share windows: blocks are longer than those, as long as there are enough.
+  const double longest = std::max(window_s_[kPlace], window_s_[kHeading]) / (kStride * window_s_[kPlace]);
+  const auto size = static_cast<std::size_t>(std::max(
+      {1.0, std::round(static_cast<double>(all) / kWantedBaseBlocks),
+       std::min(std::round(2 * longest), std::floor(static_cast<double>(all) / kEnoughBaseBlocks))}));
   for (std::size_t m = 0; m < side.motions.size(); ++m) {
     const std::vector<PlannedWindow>& places = side.windows[kPlace][m];
     const std::vector<PlannedWindow>& headings = side.windows[kHeading][m];
@@ -336,8 +345,10 @@ void BaseSubject::list_terms(std::span<const BaseRecording> recordings) {
   constexpr double kSmall = 1e-4;
   const bool sideways =
       given_.kinematics == BaseKinematics::kOmni || given_.kinematics == BaseKinematics::kMecanum;
-  const auto length = [](double value) { return gap::Bounds{-kFactor * value, value / kFactor}; };
-  const auto slip = [](double value) { return gap::Bounds{std::min(0.0, -value), kMostSlip - value}; };
+  const auto length = [](double value) { return gap::Bounds{-kFactor * value, value / kFactor - value}; };
+  const auto slip = [](double value) {
+    return gap::Bounds{std::min(0.0, -value), std::max(0.0, kMostSlip - value)};
+  };
 
   double mean_m = 0;
   for (const BaseDescription::Wheel& wheel : given_.wheels)
@@ -389,9 +400,10 @@ void BaseSubject::list_terms(std::span<const BaseRecording> recordings) {
   }
   for (double& one : load_) one /= std::max(1.0, loaded);
   if (largest > 0) {
-    add_term("slip_with_load", given_.slip_with_load,
-             {std::min(0.0, -given_.slip_with_load), kMostSlip / largest - given_.slip_with_load},
-             {KnobKind::kSlipWithLoad, 0, kSmall / largest});
+    add_term(
+        "slip_with_load", given_.slip_with_load,
+        {std::min(0.0, -given_.slip_with_load), std::max(0.0, kMostSlip / largest - given_.slip_with_load)},
+        {KnobKind::kSlipWithLoad, 0, kSmall / largest});
     add_candidate("slip_with_load", -1, "base", 1);
   } else {
     load_.clear();
@@ -545,26 +557,22 @@ std::vector<BaseSubject::PathError> BaseSubject::path_errors(Part part, const Fi
   const BaseRolling rolling(changed(at.changes));
   std::vector<PathError> errors;
   for (const BaseMotion& motion : side(part).motions)
-    for (const BaseRun& run : motion.runs) {
-      const control::PlanarPose start = run.tracks.front().pose.front();
-      const double start_s = run.tracks.front().time_s.front();
-      PathError error{.recording = motion.name, .run = run.number};
-      double squares = 0;
-      double count = 0;
-      control::PlanarPose moved;  // of the base, from its own start
-      double moved_until_s = start_s;
-      for (const BaseTrack& track : run.tracks)
+    for (const BaseRun& run : motion.runs)
+      for (const BaseTrack& track : run.tracks) {
+        const control::PlanarPose start = track.pose.front();
+        PathError error{.recording = motion.name, .run = run.number};
+        double squares = 0;
+        control::PlanarPose moved;  // of the base, from its own start
         for (std::size_t i = 0; i < track.pose.size(); ++i) {
-          if (track.time_s[i] > moved_until_s)
-            moved = rolled_from(moved, rolling, wheel_steps(run, moved_until_s, track.time_s[i], at.delay_s),
-                                motion.floor);
-          moved_until_s = track.time_s[i];
+          if (i > 0)
+            moved =
+                rolled_from(moved, rolling,
+                            wheel_steps(run, track.time_s[i - 1], track.time_s[i], at.delay_s), motion.floor);
           const PlanarVector by_wheels = rolling.tracked(moved);
           const PlanarVector in_W = control::rotated(by_wheels, start.yaw_rad);
           const Eigen::Vector2d off(start.x_m + in_W[0] - track.pose[i].x_m,
                                     start.y_m + in_W[1] - track.pose[i].y_m);
           squares += off.squaredNorm();
-          ++count;
           error.end_m = off.norm();
           error.end_heading_rad =
               std::remainder(start.yaw_rad + by_wheels[2] - track.pose[i].yaw_rad, 2 * std::numbers::pi);
@@ -572,9 +580,9 @@ std::vector<BaseSubject::PathError> BaseSubject::path_errors(Part part, const Fi
             error.length_m += std::hypot(track.pose[i].x_m - track.pose[i - 1].x_m,
                                          track.pose[i].y_m - track.pose[i - 1].y_m);
         }
-      error.rms_m = std::sqrt(squares / count);
-      errors.push_back(std::move(error));
-    }
+        error.rms_m = std::sqrt(squares / static_cast<double>(track.pose.size()));
+        errors.push_back(std::move(error));
+      }
   return errors;
 }
 

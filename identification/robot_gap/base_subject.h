@@ -45,7 +45,8 @@ class BaseSubject final : public Subject {
   /// What was cut or left out, in words.
   const std::vector<std::string>& notes() const noexcept { return notes_; }
 
-  /// How far the path of a whole run, predicted from its first pose, is from the measured one.
+  /// How far the path of a run, predicted from its first pose, is from the measured one. A jump of the pose
+  /// begins another.
   struct PathError {
     std::string recording;
     double run = 0;       ///< of the column; 0 without

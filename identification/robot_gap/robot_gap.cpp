@@ -121,7 +121,7 @@ class Analysis {
       std::vector<std::size_t> banned;
       for (const Refuted& one : refuted_) banned.push_back(one.candidate);
       outcome_ = search(searched_, banned, search_options);
-      fitted_ = fit_chosen(searched_, outcome_.chosen);
+      fitted_ = outcome_.fitted;
       after_ = residual_of(held_, fitted_);
       const std::optional<Refuted> next = find_refuted();
       if (!next) return;
@@ -194,18 +194,18 @@ class Analysis {
     const ComparedRows rows = subject_.compare(Part::kHeldOut, fitted_, terms);
     const auto own = static_cast<Eigen::Index>(terms.size());
     const Eigen::VectorXd less = residual_of(held_, without(place));
-    Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(floor_.size(), 6);
+    Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(floor_.size(), 5);
     for (std::size_t i = 0; i < held_.plan().rows.size(); ++i) {
       const Eigen::Index j = held_.plan().rows[i].channel;
       const auto at = static_cast<Eigen::Index>(i);
       const double sigma = held_.sigma[j];
-      Eigen::RowVectorXd one(6);
+      Eigen::RowVectorXd one(5);
       one << rows.columns.row(at).head(own).squaredNorm(), before_[at] * before_[at], less[at] * less[at],
-          after_[at] * after_[at], floor_[j] * floor_[j], 0;
+          after_[at] * after_[at], floor_[j] * floor_[j];
       sums.row(j) += one / (sigma * sigma);
     }
     const double most = sums.col(0).maxCoeff();
-    Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(6);
+    Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(5);
     for (Eigen::Index j = 0; j < sums.rows(); ++j)
       if (sums(j, 0) > kActs * most) sum += sums.row(j);
     Removed removed;
@@ -398,7 +398,10 @@ class Analysis {
       const auto moves = [c](const RowPlan::Row& row) { return row.channel == c; };
       channel.judged =
           std::ranges::any_of(held_.plan().rows, moves) && std::ranges::any_of(searched_.plan().rows, moves);
-      if (!channel.judged) result.notes.push_back(channel.channel.name + " does not move: it was not judged");
+      if (!channel.judged)
+        result.notes.push_back(
+            channel.channel.name +
+            " has no rows in the searched or in the held-out recordings: it was not judged");
       result.channels.push_back(channel);
     }
   }

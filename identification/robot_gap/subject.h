@@ -49,7 +49,7 @@ struct RowPlan {
   struct Row {
     std::size_t motion = 0;
     Eigen::Index channel = 0;
-    std::size_t at = 0;  ///< of the motion's rows
+    std::size_t at = 0;  ///< of the motion's rows, or windows
   };
   std::vector<Row> rows;
   std::vector<int> block;                 ///< of each row

@@ -52,7 +52,7 @@ const char* turning_key(BaseKinematics kinematics) {
 const char* wheels_needed(BaseKinematics kinematics) {
   switch (kinematics) {
     case BaseKinematics::kDifferential: return R"(two, with name = "left" and name = "right")";
-    case BaseKinematics::kTricycle: return R"(one, with name = "front")";
+    case BaseKinematics::kTricycle: return R"(one)";
     case BaseKinematics::kOmni: return "three or more, each with its angle_rad";
     case BaseKinematics::kMecanum: return "four: front left, front right, rear left, rear right";
   }
@@ -90,7 +90,16 @@ class BaseReader {
     table.choice("kinematics", base().kinematics,
                  std::span<const std::pair<std::string_view, BaseKinematics>>(kKinematics),
                  {.required = true});
-    known_ = table.has("kinematics");
+    std::string kinematics;
+    if (table.has("kinematics")) table.text("kinematics", kinematics);
+    known_ = std::ranges::any_of(kKinematics, [&](const auto& one) { return one.first == kinematics; });
+    if (!known_) {
+      // Which keys there are depends on it.
+      for (const char* const key :
+           {"window_s", "track_m", "wheelbase_m", "radius_m", "turning_length_m", "steering_offset_rad"})
+        table.ignore(key);
+      return;
+    }
     table.number("window_s", result_.window_s, {.min = kShortestBaseWindow_s, .max = kLongestBaseWindow_s});
     const NumberRules length{.min = kShortest_m, .max = kLongest_m, .required = true};
     if (base().kinematics == BaseKinematics::kMecanum) {
@@ -111,7 +120,11 @@ class BaseReader {
     BaseFile::Columns& columns = result_.columns;
     table.text("time", columns.time);
     table.text("run", columns.run);
-    if (base().kinematics != BaseKinematics::kTricycle) return;
+    if (!known_) {
+      table.ignore("steering");
+      table.ignore("steering_factor");
+    }
+    if (!known_ || base().kinematics != BaseKinematics::kTricycle) return;
     table.text("steering", columns.steering, {.required = true});
     read_factor(table, "steering_factor", columns.steering_factor);
   }

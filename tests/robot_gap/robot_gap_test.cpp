@@ -8,6 +8,7 @@
 #include <random>
 #include <vector>
 
+#include "identification/robot_gap/arm_experiment.h"
 #include "identification/robot_gap/arm_motion.h"
 #include "identification/robot_gap/arm_rows.h"
 #include "tests/robot_gap/robot_cases.h"
@@ -114,6 +115,25 @@ TEST(RobotGap, AJointThatOnlyItsEncoderMovesIsNotJudged) {
     EXPECT_TRUE(std::ranges::none_of(plan.rows, [](const RowPlan::Row& row) { return row.channel == 1; }))
         << noise_rad;
   }
+}
+
+TEST(RobotGap, AJointThatNeverMovesDecidesNothing) {
+  using identification::robot_gap::ArmMotion;
+  HiddenArm hidden(planar_arm(), {});
+  const control::ArmDescription one = published(planar_arm(), hidden.friction());
+  control::ArmDescription other = one;
+  other.drives[0].coulomb_Nm += 1;
+  ArmMotion motion;
+  motion.period_s = 0.01;
+  motion.position_rad = Eigen::MatrixXd::Zero(2, 100);
+  motion.position_rad.row(0).setLinSpaced(-1, 1);
+  motion.velocity_rad_per_s = Eigen::MatrixXd::Zero(2, 100);
+  motion.velocity_rad_per_s.row(0).setOnes();
+  motion.acceleration_rad_per_s2 = Eigen::MatrixXd::Zero(2, 100);
+  const std::vector<ArmMotion> motions{motion};
+  const std::string text =
+      identification::robot_gap::deciding_pose(one, other, motions, Eigen::Vector2d::Constant(0.1), 1);
+  EXPECT_EQ(text.rfind("move joint1 between", 0), 0U) << text;
 }
 
 TEST(RobotGap, RecordingsThatAreTooShortAreRefusedByName) {
