@@ -121,7 +121,7 @@ class Analysis {
       std::vector<std::size_t> banned;
       for (const Refuted& one : refuted_) banned.push_back(one.candidate);
       outcome_ = search(searched_, banned, search_options);
-      fitted_ = outcome_.fitted;
+      fitted_ = fit_chosen(searched_, outcome_.chosen);
       after_ = residual_of(held_, fitted_);
       const std::optional<Refuted> next = find_refuted();
       if (!next) return;
