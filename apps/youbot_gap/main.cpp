@@ -52,9 +52,14 @@ void add_export(CLI::App& app, analysis::ExportOptions& options) {
 void add_robot(CLI::App& app, analysis::RobotGapOptions& options) {
   CLI::App* const command = app.add_subcommand(
       "robot",
-      "find which part of an arm's model is wrong, and by which effect: payload, link, joint, drive");
-  command->add_option("--model", options.model, "the arm: its URDF and drives, TOML")->required();
-  command->add_option("--data", options.data, "recordings of all joints, or directories of them")->required();
+      "find which part of the model of an arm or a base is wrong, and by which effect: payload, link, joint, "
+      "drive; wheel, geometry, slip, tracking");
+  command->add_option("--model", options.model, "the arm, its URDF and drives, or the base, its wheels: TOML")
+      ->required();
+  command
+      ->add_option("--data", options.data,
+                   "recordings of all joints, or of wheels and pose; or directories of them")
+      ->required();
   command->add_option("--held-out", options.held_out,
                       "recordings that only judge; without them the last quarter of each one is set aside");
   command->add_option("--out", options.out, "directory for model.toml, report.html and gap.json")->required();
