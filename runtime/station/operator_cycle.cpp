@@ -29,13 +29,10 @@ void OperatorCycle::step(nanoseconds now) noexcept {
 
   endpoint_.poll(now);
   const drivers::station::LinkReport report = endpoint_.report(now);
-  if (report.sessions != sessions_) {
-    sessions_ = report.sessions;
-    passivity_.reset();
-  }
+  judge_link(report);
   judge_hand(held_N);
   command_ = {};
-  if (report.connected) {
+  if (connected_ && !lost_) {
     const drivers::station::ForceMessage& message = endpoint_.message();
     command_.enable = message.link.enable;
     const Eigen::Vector3d force_N = force_from_link(message.states[0].force_uN);
@@ -44,12 +41,25 @@ void OperatorCycle::step(nanoseconds now) noexcept {
                                          energy_from_link(message.link.energy_in_nJ));
   }
   endpoint_.send({.energy_in_nJ = energy_to_link(passivity_.ledger().in_J()),
-                  .enable = report.connected,
+                  .enable = connected_ && !lost_,
                   .released = !held_,
                   .fault = status_.fault,
                   .detail = status_.detail},
                  to_link(sample_, held_N, status_.ok() ? status_.age : nanoseconds(0)), now);
   if (monitor_ != nullptr) monitor_->publish(report);
+}
+
+/// A short silence of one direction may go unnoticed at the robot's station: it must hear of it for as long
+/// as it asks for a force.
+void OperatorCycle::judge_link(const drivers::station::LinkReport& report) noexcept {
+  if (report.sessions != sessions_) {
+    sessions_ = report.sessions;
+    passivity_.reset();
+    connected_ = lost_ = false;
+  }
+  if (connected_ && !report.connected) lost_ = true;
+  connected_ = report.connected;
+  if (connected_ && !endpoint_.message().link.enable) lost_ = false;
 }
 
 /// Here, where force and motion belong together: at the robot's station both are late.

@@ -15,7 +15,9 @@ namespace runtime {
 
 /// A cycle for run_loop(). Each step sends what the device measured and gives it the force that arrived last,
 /// within the energy that arrived. A handle that no hand holds any more is reported until a button is pressed
-/// or the force was off. The force is off while the robot's station is silent, or asks for none. One thread.
+/// or the force was off. The force is off while the robot's station is silent, or asks for none. After a
+/// silence it stays off, and the robot's station learns of it, until that station asks for none or another
+/// session begins: the force never comes back by itself. One thread.
 class OperatorCycle {
  public:
   /// `device`, active, and `port` outlive the cycle. `monitor` may be null.
@@ -38,6 +40,7 @@ class OperatorCycle {
   }
 
  private:
+  void judge_link(const drivers::station::LinkReport& report) noexcept;
   void judge_hand(const Eigen::Vector3d& held_N) noexcept;
 
   hal::HapticDevice& device_;
@@ -47,6 +50,8 @@ class OperatorCycle {
   bool held_ = true;
   LinkMonitor* monitor_;
   std::uint64_t sessions_ = 0;
+  bool connected_ = false;  // in this session, in the last cycle
+  bool lost_ = false;       // was connected, and fell silent
   hal::HapticCommand command_;
   hal::HapticSample sample_;
   hal::HapticStatus status_{};

@@ -18,6 +18,7 @@
 #include "runtime/station/remote_haptic_link.h"
 #include "runtime/station/station_values.h"
 #include "sim/hand.h"
+#include "tests/support/channel_port.h"
 #include "tests/support/direct_port.h"
 #include "tests/support/no_alloc_guard.h"
 
@@ -94,6 +95,66 @@ TEST(Stations, TheForceArrivesAtTheHandAndItsMotionAtTheRobot) {
   drivers::station::LinkReport report;
   ASSERT_TRUE(stations.monitor->take(report));
   EXPECT_TRUE(report.connected);
+}
+
+/// As Stations, over a simulated network with 50 ms of jitter.
+struct DistantStations {
+  explicit DistantStations(std::uint64_t seed)
+      : network({.delay = 50ms, .jitter = 50ms}, seed, clock),
+        device(std::make_unique<hal::LoopbackHapticLink>(
+                   hand, 1ms, hal::HapticInfo{.name = "pen", .force_limit_N = 8.0, .senses_rotation = true}),
+               clock, {}),
+        remote([this] { return std::make_unique<Borrowed>(network.at_robot); }, key(), options, 8.0,
+               nullptr) {
+    device.activate();
+    remote.open();
+    station.emplace(device, network.at_operator, key(), options, nullptr);
+  }
+  void run(nanoseconds duration, const hal::HapticCommand& command) {
+    largest_N = 0;
+    for (nanoseconds t{}; t < duration; t += 1ms) {
+      clock.sleep_until(clock.now() + 1ms);
+      station->step(clock.now());
+      status = remote.exchange(command, clock.now(), sample);
+      no_command_seen = no_command_seen || status.fault == hal::HapticFault::kNoCommand;
+      largest_N = std::max(largest_N, station->force_N().norm());
+    }
+  }
+  LinkOptions options;
+  hal::VirtualClock clock;
+  support::ChannelPair network;
+  sim::Hand hand{sim::HandParameters{}};
+  hal::LockstepHapticDevice device;
+  RemoteHapticLink remote;
+  std::optional<OperatorCycle> station;
+  hal::HapticSample sample;
+  hal::HapticStatus status{};
+  bool no_command_seen = false;
+  double largest_N = 0;
+};
+
+// A report in a few messages only would come to nothing: later ones overtake them on the way.
+TEST(Stations, AfterAShortSilenceTheForceStaysOffUntilTheRobotAsksForNone) {
+  const hal::HapticCommand force{true, {0.5, 0, 0}};
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    DistantStations stations(seed);
+    stations.run(3s, force);
+    ASSERT_GT(stations.largest_N, 0.4) << "seed " << seed;
+    ASSERT_FALSE(stations.no_command_seen) << "seed " << seed;
+    stations.network.to_operator.set_silent(true);
+    for (int n = 0; n < 400 && stations.largest_N > 0; ++n) stations.run(1ms, force);
+    stations.run(2ms, force);
+    stations.network.to_operator.set_silent(false);
+    stations.run(150ms, force);
+    EXPECT_TRUE(stations.no_command_seen) << "seed " << seed;
+    stations.run(3s, force);
+    EXPECT_EQ(stations.largest_N, 0) << "seed " << seed;
+    EXPECT_EQ(stations.station->report(stations.clock.now()).sessions, 1U) << "seed " << seed;
+    // A restart: the robot's station first asks for no force.
+    stations.run(200ms, {});
+    stations.run(3s, force);
+    EXPECT_GT(stations.largest_N, 0.4) << "seed " << seed;
+  }
 }
 
 TEST(Stations, ADeviceThatIsNoHandleIsRefused) {
