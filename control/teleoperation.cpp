@@ -436,8 +436,10 @@ void Teleoperation::operate(const TeleopInput& input) noexcept {
   } else {
     feedback_share_ = approached(feedback_share_, tuning_.force_feedback && config_.master_has_force ? 1 : 0,
                                  period_s / config_.feedback_fade_s);
-    // The robot, not the operator, may have pushed the handle out; do not drive then.
-    const bool may_drive = config_.mapping.rate_only || (config_.master_has_force && !tank_.nearly_empty());
+    // An old deflection may be none any more. The robot, not the operator, may have pushed the handle out. Do
+    // not drive then.
+    const bool may_drive = input.grip_fresh &&
+                           (config_.mapping.rate_only || (config_.master_has_force && !tank_.nearly_empty()));
     mapping_.step(input.grip, tip(), may_drive, input.grip_fresh);
   }
   centring_share_ = std::max(0.0, centring_share_ - period_s / config_.feedback_fade_s);

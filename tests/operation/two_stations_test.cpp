@@ -275,6 +275,27 @@ TEST(TwoStations, AnOperatorWhoDoesNotHearTheRobotStopsIt) {
   EXPECT_EQ(rig.hands.back().force_N, Eigen::Vector3d::Zero());
 }
 
+TEST(TwoStations, UnderRateControlTheSetPointDoesNotGoOnDuringASilence) {
+  StationRig::Options rig_options;
+  rig_options.link.endpoint.silence = 500ms;
+  StationRig rig(rig_options);
+  ASSERT_TRUE(rig.run_until(TeleopPhase::kOperating));
+  rig.run(500ms);
+  rig.hand.move_to({-0.055, 0, 0}, 1s);
+  rig.run(4s);
+  ASSERT_TRUE(rig.records.back().rate_control);
+  const double driving_m = rig.records.back().setpoint_p_WT_m[0];
+  rig.run(200ms);
+  ASSERT_GT(rig.records.back().setpoint_p_WT_m[0] - driving_m, 0.015) << "0.1 m/s";
+  rig.network.set_silent(true);
+  // The samples are old after 50 ms; then the smoothed set-point comes to rest.
+  rig.run(200ms);
+  const double stopped_m = rig.records.back().setpoint_p_WT_m[0];
+  rig.run(250ms);
+  EXPECT_EQ(rig.phase(), TeleopPhase::kOperating) << "not yet the end of the allowed silence";
+  EXPECT_NEAR(rig.records.back().setpoint_p_WT_m[0], stopped_m, 1e-3);
+}
+
 TEST(TwoStations, ARecordedSessionDoesNotMoveAStoppedRobot) {
   StationRig rig(options(0ms, 7));
   std::vector<std::vector<std::uint8_t>> recorded;
