@@ -25,8 +25,10 @@ RobotEndpoint::RobotEndpoint(DatagramPort& port, const Key& key, const EndpointC
       traffic_(config.most_repeated) {}
 
 bool RobotEndpoint::poll(Time now) noexcept {
-  // What was held back meanwhile may not go on with it.
-  if (traffic_.in_session() && traffic_.silence(now) > config_.silence) traffic_.end();
+  // What was held back meanwhile may not go on with it. The first message that counts answers one of this
+  // session, and therefore takes a round trip.
+  const Time allowed = config_.silence + (traffic_.heard() ? Time(0) : Time(kMaxAge));
+  if (traffic_.in_session() && traffic_.silence(now) > allowed) traffic_.end();
   bool newer = false;
   for (int i = 0; i < kMaxDatagramsPerPoll; ++i) {
     const std::size_t size = port_.receive(buffer_);

@@ -15,6 +15,7 @@ void Traffic<Sent, Received>::begin(const Session& session, Time now) noexcept {
   newest_sequence_ = 0;
   new_states_ = 0;
   heard_at_ = now;
+  answered_ns_ = 0;
   sent_ = {};
   ++report_.sessions;
 }
@@ -25,13 +26,20 @@ bool Traffic<Sent, Received>::take(std::span<const std::uint8_t> datagram, Time 
   if (session_) opened = session_->open(datagram, plain_);
   if (opened.verdict == Session::Verdict::kLate) ++report_.late;
   Message<Received> message;
-  const bool newest =
-      opened.verdict == Session::Verdict::kNewest && decode(std::span(plain_).first(opened.bytes), message);
+  const bool newest = opened.verdict == Session::Verdict::kNewest &&
+                      decode(std::span(plain_).first(opened.bytes), message) &&
+                      message.link.echo_ns <= now.count();
   if (!newest) {
     if (opened.verdict != Session::Verdict::kLate) ++report_.refused;
     return false;
   }
-  if (clocks_.known() && now - clocks_.offset() - nanoseconds(message.link.sent_ns) > kMaxAge) {
+  const LinkState& link = message.link;
+  answered_ns_ = link.sent_ns;
+  answered_at_ = now;
+  if (link.echo_ns == 0) return false;  // the first ones of a session, of unknown age
+  const nanoseconds echo(link.echo_ns);
+  const microseconds held(link.echo_held_us);
+  if (now - echo - held > kMaxAge) {
     ++report_.late;
     return false;
   }
@@ -45,9 +53,7 @@ bool Traffic<Sent, Received>::take(std::span<const std::uint8_t> datagram, Time 
   newest_sequence_ = opened.sequence;
   newest_ = message;
   heard_at_ = now;
-  if (message.link.echo_ns != 0)
-    clocks_.update(nanoseconds(message.link.echo_ns), microseconds(message.link.echo_held_us),
-                   nanoseconds(message.link.sent_ns), now);
+  clocks_.update(echo, held, nanoseconds(link.sent_ns), now);
   return true;
 }
 
@@ -61,9 +67,9 @@ std::span<const std::uint8_t> Traffic<Sent, Received>::make(LinkState link, cons
   const auto available = static_cast<int>(std::min<std::uint64_t>(session_->sequence(), kMaxRepeated));
   sent_.count = static_cast<std::uint8_t>(1 + std::min(report_.repeated, available));
   link.sent_ns = now.count();
-  link.echo_ns = heard() ? newest_.link.sent_ns : 0;
+  link.echo_ns = answered_ns_;
   link.echo_held_us = static_cast<std::uint32_t>(std::clamp<std::int64_t>(
-      std::chrono::duration_cast<microseconds>(now - heard_at_).count(), 0, UINT32_MAX));
+      std::chrono::duration_cast<microseconds>(now - answered_at_).count(), 0, UINT32_MAX));
   link.lost_permille = static_cast<std::uint16_t>(session_->received().lost_permille());
   sent_.link = link;
   const std::size_t plain = encode(sent_, plain_);

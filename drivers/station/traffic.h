@@ -27,12 +27,15 @@ struct LinkReport {
   std::uint64_t sessions = 0;
   std::uint64_t newest = 0;     ///< messages that were newer than all before
   std::uint64_t recovered = 0;  ///< states that were lost, and arrived as repetitions
-  std::uint64_t late =
-      0;  ///< messages that a newer one had overtaken, or older than kMaxAge: they move nothing
+  /// Messages that a newer one had overtaken, or that may be older than kMaxAge: they move nothing.
+  std::uint64_t late = 0;
   std::uint64_t refused = 0;  ///< replayed, forged, malformed, or of another session or program
 };
 
-/// A message that was on its way for longer moves nothing, however genuine it is.
+/// A message that may be older moves nothing, however genuine it is. Its sender answers a message of this
+/// side, so that it cannot be older than their round trip, which this side's clock alone measures: the link
+/// needs a round trip below this. The difference of the clocks would not do, as its error is up to half the
+/// round trip.
 inline constexpr std::chrono::milliseconds kMaxAge{500};
 
 /// `Sent` and `Received`: HandleState and ForceState, or the reverse. One thread. Cycle: everything.
@@ -47,7 +50,8 @@ class Traffic {
   void end() noexcept { session_.reset(); }
   bool in_session() const noexcept { return session_.has_value(); }
 
-  /// True if it is the newest message of the session. Any other datagram changes nothing but the counters.
+  /// True if it is the newest message of the session, and answers one of this side within kMaxAge. Any other
+  /// datagram changes nothing but the counters and what make() answers.
   bool take(std::span<const std::uint8_t> datagram, Time now) noexcept;
   /// The next message, sealed, with the fields of `link` that are not of time or loss. Empty without a
   /// session.
@@ -73,6 +77,8 @@ class Traffic {
   std::uint64_t newest_sequence_ = 0;
   int new_states_ = 0;
   Time heard_at_{};
+  std::int64_t answered_ns_ = 0;  // when the newest genuine message was sent, however late; 0: none
+  Time answered_at_{};            // and when it arrived
 
   Message<Sent> sent_;
   std::array<std::uint8_t, kMaxMessageBytes> plain_{};

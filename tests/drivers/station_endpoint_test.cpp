@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <span>
@@ -39,6 +40,7 @@ struct Link {
     if (robot.poll(clock.now())) {
       ++newer;
       const HandleMessage& message = robot.message();
+      oldest = std::max(oldest, clock.now() + kAhead - nanoseconds(message.link.sent_ns));
       for (int i = 0; i < robot.new_states(); ++i)
         states.push_back(message.states[static_cast<std::size_t>(i)]);
     }
@@ -60,6 +62,7 @@ struct Link {
   std::vector<Bytes> recorded;  // of the operator
   std::vector<HandleState> states;
   int newer = 0;
+  nanoseconds oldest{};  // true age of a message that counted at the robot
   std::int32_t forces = 0;
   std::uint32_t sent = 0;
   bool sending = true;
@@ -222,6 +225,73 @@ TEST(Security, ASlowlyGrowingDelayEndsTheSession) {
   }
   link.run(1s);
   EXPECT_FALSE(link.robot.connected(link.clock.now()));
+}
+
+// The clocks' difference seems to be half of the delay, and its error grows with the delay.
+TEST(Security, ADelayThatGrowsOverTwentySecondsLetsNoOldMessageCount) {
+  Link link;
+  link.run(1s);
+  sim::NetworkConditions conditions;
+  for (int i = 0; i < 10'000; ++i) {
+    conditions.delay += 95us;
+    link.network.to_robot.set(conditions);
+    link.run(2ms);
+  }
+  EXPECT_GT(link.oldest, 450ms) << "it counts until then";
+  EXPECT_LE(link.oldest, kMaxAge);
+  EXPECT_FALSE(link.robot.connected(link.clock.now()));
+}
+
+TEST(Security, ADelayOfOneWayOnlyLetsNoOldMessageCount) {
+  for (const nanoseconds delay : {600ms, 950ms}) {
+    Link link;
+    link.network.to_robot.set({.delay = delay});
+    link.run(10s);
+    EXPECT_EQ(link.newer, 0) << delay.count();
+    EXPECT_FALSE(link.robot.connected(link.clock.now())) << delay.count();
+  }
+}
+
+TEST(Security, NoSessionBeginsAgainOverALongerWayThanAllowed) {
+  Link link;
+  link.run(1s);
+  link.network.set_silent(true);
+  link.run(1s);
+  const int newer = link.newer;
+  link.network.to_robot.set({.delay = 600ms});
+  link.network.set_silent(false);
+  link.run(10s);
+  EXPECT_EQ(link.newer, newer);
+  EXPECT_LE(link.oldest, kMaxAge);
+  link.network.to_robot.set({});
+  link.run(4s);
+  EXPECT_TRUE(link.connected()) << "it only waits for a better network";
+}
+
+// Of the right key and session: what no station sends, even so.
+TEST(Security, AnAnswerToWhatWasNeverSentMovesNothing) {
+  Traffic<ForceState, HandleState> robot(0);
+  const Challenge challenge{1};
+  robot.begin(Session(key(1), challenge, challenge, Side::kRobot), 1s);
+  Session operating(key(1), challenge, challenge, Side::kOperator);
+  const auto taken = [&](std::int64_t echo_ns) {
+    HandleMessage message;
+    message.link = {.sent_ns = 1, .echo_ns = echo_ns};
+    message.count = 1;
+    Bytes plain(kMaxMessageBytes);
+    plain.resize(encode(message, plain));
+    Bytes datagram(kMaxMessageBytes);
+    datagram.resize(operating.seal(plain, datagram));
+    return robot.take(datagram, 2s);
+  };
+  EXPECT_FALSE(taken(0)) << "of unknown age";
+  EXPECT_FALSE(taken(2'000'000'001)) << "in the future";
+  EXPECT_FALSE(taken(std::int64_t{1} << 62));
+  EXPECT_FALSE(taken(1'499'999'999)) << "older than 0.5 s";
+  EXPECT_EQ(robot.report(2s, 1s).refused, 2U);
+  EXPECT_EQ(robot.report(2s, 1s).late, 1U);
+  EXPECT_FALSE(robot.heard());
+  EXPECT_TRUE(taken(1'500'000'000));
 }
 
 TEST(Security, RubbishIsCountedAndMovesNothing) {
