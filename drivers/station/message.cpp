@@ -6,6 +6,9 @@
 namespace drivers::station {
 namespace {
 
+/// 146 years: no station's clock shows more, and sums and differences of such times do not overflow.
+constexpr std::int64_t kLatest_ns = std::int64_t{1} << 62;
+
 constexpr std::size_t kLinkStateBytes = 8 + 8 + 4 + 2 + 8 + 1 + 1 + 1 + 4;
 
 class ByteWriter {
@@ -111,6 +114,9 @@ bool decode_any(std::span<const std::uint8_t> bytes, Message<State>& message) no
   if (enable > 1 || released > 1 || fault > static_cast<std::uint8_t>(haptic::HapticFault::kDeviceFault))
     return false;
   if (link.lost_permille > 1000) return false;
+  if (link.sent_ns < 0 || link.sent_ns > kLatest_ns || link.echo_ns < 0 || link.echo_ns > kLatest_ns)
+    return false;
+  if (link.energy_in_nJ < 0) return false;
   if (message.count < 1 || message.count > message.states.size()) return false;
   if (bytes.size() != kLinkStateBytes + 1 + message.count * bytes_of(State{})) return false;
   link.enable = enable != 0;

@@ -62,8 +62,8 @@ inline constexpr std::size_t kMaxMessageBytes = 512;
 /// Cycle. Bytes written; 0 if `bytes` is too small.
 std::size_t encode(const HandleMessage& message, std::span<std::uint8_t> bytes) noexcept;
 std::size_t encode(const ForceMessage& message, std::span<std::uint8_t> bytes) noexcept;
-/// Cycle. False, with `message` unspecified, unless the bytes are exactly one message that encode() can make
-/// and its rotations are unit quaternions within 1 %.
+/// Cycle. False, with `message` unspecified, unless the bytes are exactly one message that encode() can make,
+/// its rotations are unit quaternions within 1 %, its times are 0 to 2^62 ns and its energy is not negative.
 bool decode(std::span<const std::uint8_t> bytes, HandleMessage& message) noexcept;
 bool decode(std::span<const std::uint8_t> bytes, ForceMessage& message) noexcept;
 

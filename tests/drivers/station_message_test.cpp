@@ -100,6 +100,11 @@ TEST(StationMessage, ValuesThatNoStationSendsAreRefused) {
   EXPECT_FALSE(with(31, 2)) << "neither released nor not";
   EXPECT_FALSE(with(32, 13)) << "a fault that no device has";
   EXPECT_FALSE(with(21, 4)) << "more than everything lost";
+  EXPECT_FALSE(with(7, 0x80)) << "sent before the clock's origin";
+  EXPECT_FALSE(with(7, 0x41)) << "sent more than 2^62 ns after it";
+  EXPECT_FALSE(with(15, 0x80)) << "an answer to a message from before the clock's origin";
+  EXPECT_FALSE(with(15, 0x41)) << "an answer to a message from more than 2^62 ns after it";
+  EXPECT_FALSE(with(29, 0x80)) << "an energy below zero, which only grows from there";
   EXPECT_FALSE(with(37, 0)) << "no state";
   EXPECT_FALSE(with(37, kMaxRepeated + 2)) << "more states than a message has";
   EXPECT_FALSE(with(38 + 4 + 12 + 7, 0x20)) << "a rotation that is half as long";

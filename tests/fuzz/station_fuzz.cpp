@@ -1,9 +1,12 @@
-// Datagrams of the link between two stations: the plain message, and everything before its authentication.
+// Datagrams of the link between two stations: the plain message, everything before its authentication, and
+// what a station with the key can send.
 #include <algorithm>
 #include <array>
+#include <chrono>
 
 #include "drivers/station/message.h"
 #include "drivers/station/session.h"
+#include "drivers/station/traffic.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace {
@@ -30,24 +33,46 @@ void check_message(const Bytes& bytes) {
   require(encoded(message) == bytes);
 }
 
+/// Both are sealed in one session: the second one meets the measurements of the first.
+void check_traffic(const Bytes& plain) {
+  if (plain.size() > kMaxMessageBytes - kDatagramHeaderBytes - kTagBytes) return;
+  constexpr std::chrono::seconds kNow{1000};
+  Traffic<ForceState, HandleState> robot(kMaxRepeated);
+  robot.begin(Session(kKey, kChallenge, kChallenge, Side::kRobot), kNow);
+  Session operating(kKey, kChallenge, kChallenge, Side::kOperator);
+  for (int i = 0; i < 2; ++i) {
+    Bytes sealed(kMaxMessageBytes);
+    sealed.resize(operating.seal(plain, sealed));
+    const bool counts = robot.take(sealed, kNow);
+    require(!counts || kNow - std::chrono::nanoseconds(robot.newest().link.echo_ns) -
+                               std::chrono::microseconds(robot.newest().link.echo_held_us) <=
+                           kMaxAge);
+    (void)robot.report(kNow, kMaxAge);
+    require(!robot.make({}, {}, kNow).empty());
+  }
+}
+
 }  // namespace
 
 std::vector<Bytes> fuzz::seeds() {
   HandleMessage handle;
   handle.count = 3;
+  HandleMessage answer = handle;
+  answer.link.echo_ns = 999'900'000'000;
   ForceMessage force;
   force.count = 1;
   Session session(kKey, kChallenge, kChallenge, Side::kOperator);
   Bytes sealed(kMaxMessageBytes);
   sealed.resize(session.seal(encoded(handle), sealed));
   const GreetingDatagram hello = seal_greeting(kKey, Side::kOperator, {kChallenge, kChallenge});
-  return {encoded(handle), encoded(force), sealed, Bytes(hello.begin(), hello.end())};
+  return {encoded(handle), encoded(answer), encoded(force), sealed, Bytes(hello.begin(), hello.end())};
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const Bytes bytes(data, data + size);
   check_message<HandleMessage>(bytes);
   check_message<ForceMessage>(bytes);
+  check_traffic(bytes);
 
   Greeting greeting;
   (void)open_greeting(kKey, Side::kOperator, bytes, greeting);
