@@ -82,7 +82,9 @@ std::unique_ptr<hal::HapticLink> remote_link(const HapticOptions& options,
       [listen = options.link.listen] {
         return std::make_unique<drivers::station::UdpPort>(drivers::station::UdpPort::listening(listen));
       },
-      drivers::station::read_key_file(options.link.key_file), options.link, options.force_limit_N,
+      drivers::station::read_key_file(options.link.key_file), options.link,
+      RemoteHapticLink::Limits{.force_N = options.force_limit_N,
+                               .speed_m_per_s = options.limits.speed_m_per_s},
       std::move(monitor));
 }
 

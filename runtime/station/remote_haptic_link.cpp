@@ -15,8 +15,10 @@ using hal::HapticFault;
 using hal::HapticStatus;
 using std::chrono::nanoseconds;
 
-/// Below the speed at which hal::HapticServo faults: late positions that arrive together are no fast handle.
+/// At most, and below the speed at which hal::HapticServo faults by this share: late positions that arrive
+/// together are no fast handle.
 constexpr double kFollowing_m_per_s = 0.5;
+constexpr double kFollowingShare = 0.8;
 /// With this much jitter, later messages overtake earlier ones and arrive in bursts.
 constexpr std::chrono::milliseconds kJitter{50};
 /// After a pause the way of a longer time is not made up for at once.
@@ -25,15 +27,16 @@ constexpr std::chrono::milliseconds kCatchUp{20};
 }  // namespace
 
 RemoteHapticLink::RemoteHapticLink(OpenPort open_port, const drivers::station::Key& key,
-                                   const LinkOptions& options, double force_limit_N,
+                                   const LinkOptions& options, const Limits& limits,
                                    std::shared_ptr<LinkMonitor> monitor)
     : open_port_(std::move(open_port)),
       key_(key),
       options_(options),
       info_{.name = "operator's station at " + options.listen,
-            .force_limit_N = force_limit_N,
+            .force_limit_N = limits.force_N,
             .senses_rotation = true,
             .fresh_within = kJitter},
+      following_m_per_s_(std::min(kFollowing_m_per_s, kFollowingShare * limits.speed_m_per_s)),
       monitor_(std::move(monitor)),
       passivity_(options.port) {}
 
@@ -97,7 +100,7 @@ void RemoteHapticLink::take_states(hal::HapticSample& sample, nanoseconds now) n
     sample.buttons |= message.states[static_cast<std::size_t>(i)].buttons;
   const nanoseconds since = taken_ ? std::min<nanoseconds>(now - *taken_, kCatchUp) : nanoseconds(0);
   sample.p_HD_m = passivity_.step(sample.p_HD_m, commanded_N_, energy_from_link(message.link.energy_in_nJ),
-                                  kFollowing_m_per_s * hal::seconds(since));
+                                  following_m_per_s_ * hal::seconds(since));
   sample.stamp = now;
   taken_ = now;
   sample.released = message.link.released;

@@ -20,10 +20,13 @@ class RemoteHapticLink final : public hal::HapticLink {
  public:
   using OpenPort = std::function<std::unique_ptr<drivers::station::DatagramPort>()>;
 
-  /// `force_limit_N`: of the force that is sent; the operator's station limits it to its device's. `monitor`
-  /// may be null.
+  struct Limits {
+    double force_N = 0.0;        ///< that is sent; the operator's station limits it to its device's
+    double speed_m_per_s = 1.0;  ///< at which hal::HapticServo faults; the position stays below it
+  };
+  /// `monitor` may be null.
   RemoteHapticLink(OpenPort open_port, const drivers::station::Key& key, const LinkOptions& options,
-                   double force_limit_N, std::shared_ptr<LinkMonitor> monitor);
+                   const Limits& limits, std::shared_ptr<LinkMonitor> monitor);
 
   const hal::HapticInfo& info() const noexcept override { return info_; }
   void open() override;
@@ -40,6 +43,7 @@ class RemoteHapticLink final : public hal::HapticLink {
   drivers::station::Key key_;
   LinkOptions options_;
   hal::HapticInfo info_;
+  double following_m_per_s_;
   std::shared_ptr<LinkMonitor> monitor_;
   std::unique_ptr<drivers::station::DatagramPort> port_;
   std::optional<drivers::station::RobotEndpoint> endpoint_;

@@ -56,7 +56,7 @@ class StationRig {
             clock, {}),
         remote(std::make_unique<runtime::RemoteHapticLink>(
                    [this] { return std::make_unique<BorrowedPort>(network.at_robot); }, key(), options.link,
-                   8.0, nullptr),
+                   runtime::RemoteHapticLink::Limits{.force_N = 8.0}, nullptr),
                clock, robot_limits(options.link)),
         config_(options.control) {
     robot.watch.allow_enables(1);

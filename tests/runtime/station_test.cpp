@@ -44,11 +44,11 @@ class Borrowed final : public drivers::station::DatagramPort {
 };
 
 struct Stations {
-  Stations()
+  explicit Stations(const RemoteHapticLink::Limits& limits = {.force_N = 8.0})
       : device(std::make_unique<hal::LoopbackHapticLink>(
                    hand, 1ms, hal::HapticInfo{.name = "pen", .force_limit_N = 8.0, .senses_rotation = true}),
                clock, {}),
-        remote([this] { return std::make_unique<Borrowed>(at_robot); }, key(), {}, 8.0, monitor) {
+        remote([this] { return std::make_unique<Borrowed>(at_robot); }, key(), {}, limits, monitor) {
     at_robot.other = &at_operator;
     at_operator.other = &at_robot;
     device.activate();
@@ -97,6 +97,20 @@ TEST(Stations, TheForceArrivesAtTheHandAndItsMotionAtTheRobot) {
   EXPECT_TRUE(report.connected);
 }
 
+TEST(Stations, TheRobotFollowsMoreSlowlyThanItsServoAllows) {
+  Stations stations({.force_N = 8.0, .speed_m_per_s = 0.2});
+  for (int i = 0; i < 1000; ++i) stations.step({});
+  stations.hand.move_to({0.03, 0, 0}, 100ms);
+  double most_m = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const double before_m = stations.sample.p_HD_m.x();
+    stations.step({});
+    most_m = std::max(most_m, stations.sample.p_HD_m.x() - before_m);
+  }
+  EXPECT_LT(most_m, 0.2 * 1e-3);
+  EXPECT_NEAR(stations.sample.p_HD_m.x(), 0.03, 1e-4) << "it arrives";
+}
+
 /// As Stations, over a simulated network with 50 ms of jitter.
 struct DistantStations {
   explicit DistantStations(std::uint64_t seed)
@@ -104,8 +118,8 @@ struct DistantStations {
         device(std::make_unique<hal::LoopbackHapticLink>(
                    hand, 1ms, hal::HapticInfo{.name = "pen", .force_limit_N = 8.0, .senses_rotation = true}),
                clock, {}),
-        remote([this] { return std::make_unique<Borrowed>(network.at_robot); }, key(), options, 8.0,
-               nullptr) {
+        remote([this] { return std::make_unique<Borrowed>(network.at_robot); }, key(), options,
+               {.force_N = 8.0}, nullptr) {
     device.activate();
     remote.open();
     station.emplace(device, network.at_operator, key(), options, nullptr);
