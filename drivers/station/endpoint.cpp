@@ -49,15 +49,22 @@ bool RobotEndpoint::welcome(std::span<const std::uint8_t> datagram, Time now) no
   Greeting greeting;
   if (!open_greeting(key_, Side::kOperator, datagram, greeting)) return false;
   if (traffic_.in_session()) return true;
+  // A greeting that was held back for longer begins no session.
+  if (now - challenge_made_ > kAttempt) renew_challenge(now);
   if (greeting.from_robot != challenge_) {
     greeting.from_robot = challenge_;
     port_.answer(seal_greeting(key_, Side::kRobot, greeting));
     return true;
   }
   traffic_.begin(Session(key_, greeting.from_operator, challenge_, Side::kRobot), now);
-  challenge_ = random_challenge();
+  renew_challenge(now);
   port_.adopt_sender();
   return true;
+}
+
+void RobotEndpoint::renew_challenge(Time now) noexcept {
+  challenge_ = random_challenge();
+  challenge_made_ = now;
 }
 
 OperatorEndpoint::OperatorEndpoint(DatagramPort& port, const Key& key, const EndpointConfig& config)

@@ -3,7 +3,7 @@
 ///
 ///   operator                                  robot
 ///   hello(A, 0)            →
-///                          ←  welcome(A, B)             B: a random number, until a session begins with it
+///                          ←  welcome(A, B)             B: a random number, for one session within 2 s
 ///   hello(A, B)            →                            a session begins; the next welcome has another B
 ///   messages               ⇄  messages                  sealed with keys from key, A and B
 ///
@@ -52,11 +52,13 @@ class RobotEndpoint {
 
  private:
   bool welcome(std::span<const std::uint8_t> datagram, Time now) noexcept;
+  void renew_challenge(Time now) noexcept;
 
   DatagramPort& port_;
   Key key_;
   EndpointConfig config_;
   Challenge challenge_;
+  Time challenge_made_{};
   Traffic<ForceState, HandleState> traffic_;
   std::array<std::uint8_t, kMaxMessageBytes> buffer_{};
 };

@@ -194,6 +194,26 @@ TEST(Security, AFloodOfRecordedGreetingsKeepsNoOperatorOut) {
   EXPECT_TRUE(second.connected());
 }
 
+TEST(Security, AGreetingThatWasHeldBackBeginsNoSession) {
+  Link link;
+  link.step();  // the first greeting is on its way
+  link.network.to_robot.set_silent(true);
+  link.step();
+  const auto last_greeting =
+      std::find_if(link.recorded.rbegin(), link.recorded.rend(),
+                   [](const Bytes& bytes) { return is_datagram(bytes, DatagramType::kHello); });
+  ASSERT_NE(last_greeting, link.recorded.rend());
+  const Bytes held_back = *last_greeting;
+  ASSERT_NE(held_back, link.recorded.front()) << "the answer to the robot's";
+  link.run(2500ms);
+  link.network.at_robot.inject(held_back);
+  link.step();
+  EXPECT_EQ(link.robot.report(link.clock.now()).sessions, 0U);
+  link.network.to_robot.set_silent(false);
+  link.run(4s);
+  EXPECT_TRUE(link.connected());
+}
+
 TEST(Security, AMessageThatWasHeldBackMovesNothing) {
   Link link;
   link.run(1s);
