@@ -255,7 +255,8 @@ void choose_recording(Arguments& arguments) {
 int run(Arguments arguments) {
   if (!arguments.make_key.empty()) {
     drivers::station::make_key_file(arguments.make_key);
-    print(arguments, "copy " + arguments.make_key + " to the other station over a trusted channel, mode 0600\n");
+    print(arguments,
+          "copy " + arguments.make_key + " to the other station over a trusted channel, mode 0600\n");
     return runtime::kExitOk;
   }
   if (arguments.session.config_file.empty()) throw std::invalid_argument("--config is required");
