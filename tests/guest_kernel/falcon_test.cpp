@@ -128,7 +128,13 @@ class FalconInKernel : public testing::Test {
     }));
     EXPECT_EQ(found[0].product_name, "FALCON HAPTIC");
     EXPECT_EQ(found[0].speed, drivers::usb::UsbSpeed::kFull);
-    auto opened = LibusbPort::open(context_, found[0], kPipes, "60-novint-falcon.rules");
+    const auto open = [&] { return LibusbPort::open(context_, found[0], kPipes, "60-novint-falcon.rules"); };
+    auto opened = open();
+    // The kernel may announce a device before it has configured it.
+    wait_until([&] {
+      if (!opened.port) opened = open();
+      return opened.port != nullptr;
+    });
     ASSERT_TRUE(opened.port) << opened.refusal.found << "; " << opened.refusal.hint;
     port_ = std::make_unique<support::SlowPort>(std::move(opened.port));
   }
