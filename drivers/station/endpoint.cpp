@@ -38,6 +38,8 @@ bool RobotEndpoint::poll(Time now) noexcept {
       if (!welcome(datagram, now)) traffic_.count_refused();
     } else if (traffic_.take(datagram, now)) {
       port_.adopt_sender();  // its address may change
+      for (int state = 0; state < traffic_.new_states(); ++state)
+        pressed_ |= traffic_.newest().states[static_cast<std::size_t>(state)].buttons;
       newer = true;
     }
   }
@@ -108,7 +110,8 @@ void OperatorEndpoint::begin_session(std::span<const std::uint8_t> welcome, Time
   const bool genuine = open_greeting(key_, Side::kRobot, welcome, answer);
   if (!genuine || !looking_ || answer.from_operator != greeting_.from_operator || traffic_.heard())
     return traffic_.count_refused();
-  if (answer.from_robot == greeting_.from_robot) return;  // said twice
+  // A session is made once from a pair of random numbers: made again, its sequence would repeat.
+  if (traffic_.in_session()) return;
   greeting_.from_robot = answer.from_robot;
   traffic_.begin(Session(key_, greeting_.from_operator, greeting_.from_robot, Side::kOperator), now);
   port_.send(seal_greeting(key_, Side::kOperator, greeting_));

@@ -14,6 +14,7 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <utility>
 
 #include "drivers/station/datagram_port.h"
 #include "drivers/station/traffic.h"
@@ -48,6 +49,8 @@ class RobotEndpoint {
   /// Since connected().
   const HandleMessage& message() const noexcept { return traffic_.newest(); }
   int new_states() const noexcept { return traffic_.new_states(); }
+  /// Buttons that were pressed in any state since the last call, repeated ones included.
+  std::uint32_t take_pressed() noexcept { return std::exchange(pressed_, 0); }
   LinkReport report(Time now) const noexcept { return traffic_.report(now, config_.silence); }
 
  private:
@@ -58,6 +61,7 @@ class RobotEndpoint {
   Key key_;
   EndpointConfig config_;
   Challenge challenge_;
+  std::uint32_t pressed_ = 0;
   Time challenge_made_{};
   Traffic<ForceState, HandleState> traffic_;
   std::array<std::uint8_t, kMaxMessageBytes> buffer_{};

@@ -95,9 +95,8 @@ void RemoteHapticLink::take_states(hal::HapticSample& sample, nanoseconds now) n
   const HandleMessage& message = endpoint_->message();
   const HandleState& newest = message.states[0];
   from_link(newest, sample);
-  // A short press in a lost message counts, too.
-  for (int i = 1; i < endpoint_->new_states(); ++i)
-    sample.buttons |= message.states[static_cast<std::size_t>(i)].buttons;
+  // A short press counts, in a lost message or in one of several that arrived together.
+  sample.buttons |= endpoint_->take_pressed();
   const nanoseconds since = taken_ ? std::min<nanoseconds>(now - *taken_, kCatchUp) : nanoseconds(0);
   sample.p_HD_m = passivity_.step(sample.p_HD_m, commanded_N_, energy_from_link(message.link.energy_in_nJ),
                                   following_m_per_s_ * hal::seconds(since));

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
+#include <set>
 #include <span>
 #include <vector>
 
@@ -212,6 +213,57 @@ TEST(Security, AGreetingThatWasHeldBackBeginsNoSession) {
   link.network.to_robot.set_silent(false);
   link.run(4s);
   EXPECT_TRUE(link.connected());
+}
+
+// A session that is made again from the same random numbers begins again with sequence 1: two messages under
+// one nonce.
+TEST(Security, NoTwoMessagesOfTheOperatorHaveOneNonce) {
+  hal::VirtualClock clock;
+  support::ChannelPair network({}, 1, clock);
+  std::vector<Bytes> sent;
+  network.at_operator.on_send = [&sent](std::span<const std::uint8_t> datagram) {
+    sent.emplace_back(datagram.begin(), datagram.end());
+  };
+  OperatorEndpoint operating(network.at_operator, key(1), {});
+  const auto step = [&] {
+    clock.sleep_until(clock.now() + 1ms);
+    (void)operating.poll(clock.now());
+    operating.send({}, {}, clock.now());
+  };
+  step();
+  Greeting greeting;
+  ASSERT_TRUE(open_greeting(key(1), Side::kOperator, sent.front(), greeting));
+  const Challenge first = random_challenge();
+  const Challenge second = random_challenge();
+  for (const Challenge& from_robot : {first, second, first, second}) {
+    greeting.from_robot = from_robot;
+    const GreetingDatagram welcome = seal_greeting(key(1), Side::kRobot, greeting);
+    network.at_operator.inject({welcome.begin(), welcome.end()});
+    step();
+    step();
+  }
+  std::set<Bytes> heads;  // session and sequence
+  std::size_t messages = 0;
+  for (const Bytes& datagram : sent) {
+    if (!is_datagram(datagram, DatagramType::kState)) continue;
+    ++messages;
+    heads.emplace(datagram.begin(), datagram.begin() + kDatagramHeaderBytes);
+  }
+  EXPECT_GE(messages, 8U);
+  EXPECT_EQ(heads.size(), messages);
+}
+
+TEST(Link, AButtonCountsAlsoIfSeveralMessagesArriveTogether) {
+  Link link;
+  link.run(500ms);
+  (void)link.robot.take_pressed();
+  for (const std::uint32_t buttons : {0U, 1U, 0U}) {
+    link.operating.send({.enable = true}, {.buttons = buttons}, link.clock.now() + Link::kAhead);
+  }
+  link.sending = false;
+  link.step();
+  EXPECT_EQ(link.robot.take_pressed() & 1U, 1U);
+  EXPECT_EQ(link.robot.take_pressed(), 0U);
 }
 
 TEST(Security, AMessageThatWasHeldBackMovesNothing) {
