@@ -26,13 +26,19 @@ void OperatorCycle::step(nanoseconds now) noexcept {
   status_ = device_.exchange(command_, sample_);
   const Eigen::Vector3d held_N = held_N_;
   held_N_ = status_.f_D_H_N;
+  if (!command_.enable)
+    worked_ = false;
+  else if (status_.ok())
+    worked_ = true;
+  else if (worked_ && failure_.ok())
+    failure_ = status_;  // kept: a short fault may go unnoticed at the robot's station, as a short silence
 
   endpoint_.poll(now);
   const drivers::station::LinkReport report = endpoint_.report(now);
   judge_link(report);
   judge_hand(held_N);
   command_ = {};
-  if (connected_ && !lost_) {
+  if (connected_ && !lost_ && failure_.ok()) {
     const drivers::station::ForceMessage& message = endpoint_.message();
     command_.enable = message.link.enable;
     const Eigen::Vector3d force_N = force_from_link(message.states[0].force_uN);
@@ -43,8 +49,8 @@ void OperatorCycle::step(nanoseconds now) noexcept {
   endpoint_.send({.energy_in_nJ = energy_to_link(passivity_.ledger().in_J()),
                   .enable = connected_ && !lost_,
                   .released = !held_,
-                  .fault = status_.fault,
-                  .detail = status_.detail},
+                  .fault = failure_.ok() ? status_.fault : failure_.fault,
+                  .detail = failure_.ok() ? status_.detail : failure_.detail},
                  to_link(sample_, held_N, status_.ok() ? status_.age : nanoseconds(0)), now);
   if (monitor_ != nullptr) monitor_->publish(report);
 }
@@ -56,10 +62,13 @@ void OperatorCycle::judge_link(const drivers::station::LinkReport& report) noexc
     sessions_ = report.sessions;
     passivity_.reset();
     connected_ = lost_ = false;
+    failure_ = {};
   }
   if (connected_ && !report.connected) lost_ = true;
   connected_ = report.connected;
-  if (connected_ && !endpoint_.message().link.enable) lost_ = false;
+  if (!connected_ || endpoint_.message().link.enable) return;
+  lost_ = false;
+  failure_ = {};
 }
 
 /// Here, where force and motion belong together: at the robot's station both are late.

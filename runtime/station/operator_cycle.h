@@ -16,8 +16,8 @@ namespace runtime {
 /// A cycle for run_loop(). Each step sends what the device measured and gives it the force that arrived last,
 /// within the energy that arrived. A handle that no hand holds any more is reported until a button is pressed
 /// or the force was off. The force is off while the robot's station is silent, or asks for none. After a
-/// silence it stays off, and the robot's station learns of it, until that station asks for none or another
-/// session begins: the force never comes back by itself. One thread.
+/// silence, or a fault of the device, it stays off, and the robot's station learns of it, until that station
+/// asks for none or another session begins: the force never comes back by itself. One thread.
 class OperatorCycle {
  public:
   /// `device`, active, and `port` outlive the cycle. `monitor` may be null.
@@ -50,8 +50,10 @@ class OperatorCycle {
   bool held_ = true;
   LinkMonitor* monitor_;
   std::uint64_t sessions_ = 0;
-  bool connected_ = false;  // in this session, in the last cycle
-  bool lost_ = false;       // was connected, and fell silent
+  bool connected_ = false;       // in this session, in the last cycle
+  bool lost_ = false;            // was connected, and fell silent
+  bool worked_ = false;          // the device, since a force is wanted
+  hal::HapticStatus failure_{};  // of the device, after it had worked
   hal::HapticCommand command_;
   hal::HapticSample sample_;
   hal::HapticStatus status_{};

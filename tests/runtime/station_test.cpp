@@ -43,11 +43,30 @@ class Borrowed final : public drivers::station::DatagramPort {
   DatagramPort& port_;
 };
 
+/// A handle that may lose its home.
+class HomedHandle final : public hal::HapticLink {
+ public:
+  HomedHandle(sim::Hand& hand, const bool& homed)
+      : handle_(hand, 1ms, hal::HapticInfo{.name = "pen", .force_limit_N = 8.0, .senses_rotation = true}),
+        homed_(homed) {}
+  const hal::HapticInfo& info() const noexcept override { return handle_.info(); }
+  void open() override { handle_.open(); }
+  bool close() noexcept override { return handle_.close(); }
+  hal::HapticStatus exchange(const hal::HapticCommand& command, nanoseconds now,
+                             hal::HapticSample& sample) noexcept override {
+    const hal::HapticStatus status = handle_.exchange(command, now, sample);
+    return homed_ ? status : hal::HapticStatus{hal::HapticFault::kNotReady};
+  }
+  std::string describe(const hal::HapticStatus& status) const override { return handle_.describe(status); }
+
+ private:
+  hal::LoopbackHapticLink handle_;
+  const bool& homed_;
+};
+
 struct Stations {
   explicit Stations(const RemoteHapticLink::Limits& limits = {.force_N = 8.0})
-      : device(std::make_unique<hal::LoopbackHapticLink>(
-                   hand, 1ms, hal::HapticInfo{.name = "pen", .force_limit_N = 8.0, .senses_rotation = true}),
-               clock, {}),
+      : device(std::make_unique<HomedHandle>(hand, homed), clock, {}),
         remote([this] { return std::make_unique<Borrowed>(at_robot); }, key(), {}, limits, monitor) {
     at_robot.other = &at_operator;
     at_operator.other = &at_robot;
@@ -62,6 +81,7 @@ struct Stations {
   }
   hal::VirtualClock clock;
   sim::Hand hand{sim::HandParameters{}};
+  bool homed = true;
   support::DirectPort at_operator;
   support::DirectPort at_robot;
   std::shared_ptr<LinkMonitor> monitor = std::make_shared<LinkMonitor>();
@@ -95,6 +115,28 @@ TEST(Stations, TheForceArrivesAtTheHandAndItsMotionAtTheRobot) {
   drivers::station::LinkReport report;
   ASSERT_TRUE(stations.monitor->take(report));
   EXPECT_TRUE(report.connected);
+}
+
+TEST(Stations, AfterAShortFaultThatTheRobotMissedTheForceStaysOffUntilItAsksForNone) {
+  const hal::HapticCommand force{true, {0.5, 0, 0}};
+  Stations stations;
+  for (int i = 0; i < 3000; ++i) stations.step(force);
+  ASSERT_GT(stations.station->force_N().norm(), 0.4);
+  support::DirectPort nowhere;
+  stations.at_operator.other = &nowhere;  // the messages of the fault are lost
+  stations.homed = false;
+  for (int i = 0; i < 5; ++i) stations.step(force);
+  stations.homed = true;
+  stations.step(force);
+  stations.at_operator.other = &stations.at_robot;
+  for (int i = 0; i < 3000; ++i) {
+    stations.step(force);
+    EXPECT_EQ(stations.status.fault, hal::HapticFault::kNotReady);
+    ASSERT_EQ(stations.station->force_N().norm(), 0) << i;
+  }
+  for (int i = 0; i < 200; ++i) stations.step({});
+  for (int i = 0; i < 3000; ++i) stations.step(force);
+  EXPECT_GT(stations.station->force_N().norm(), 0.4);
 }
 
 TEST(Stations, TheRobotFollowsMoreSlowlyThanItsServoAllows) {
