@@ -8,6 +8,9 @@
 namespace control {
 namespace {
 
+/// Of a force [N²]: below, it carries no energy.
+constexpr double kSmallestSquare = 1e-12;
+
 PortLedger empty_ledger(const DelayedPortConfig& config) { return {config.tank.reserve_J, config.surplus_J}; }
 
 const DelayedPortConfig& checked_port(const DelayedPortConfig& config) {
@@ -62,7 +65,7 @@ Eigen::Vector3d RobotPort::step(const Eigen::Vector3d& received_m, const Eigen::
   const double level_J = ledger_.level_J(hand_in_J);
   const double leaving_J = -held_N.dot(way_m);
   const double allowed_J = std::max(0.0, level_J);
-  if (config_.active && leaving_J > allowed_J)
+  if (config_.active && leaving_J > allowed_J && held_N.squaredNorm() > kSmallestSquare)
     way_m += held_N * ((leaving_J - allowed_J) / held_N.squaredNorm());
   ledger_.count(-held_N.dot(way_m));
   return p_m_ += way_m;
