@@ -25,15 +25,18 @@ using runtime::number_text;
 void add_robot_gap(report::Page& page, const RobotFindings& findings) {
   const RobotResult& result = findings.result;
   page.text(findings.comparison);
-  for (const auto& [unit, gap] : result.gaps)
-    page.table({{"model"}, {"gap", unit}},
-               {{"as given", gap.before},
-                {"its friction refitted", gap.refitted},
-                {"every parameter fitted at once", gap.dense},
-                {"the new one", gap.after},
-                {"noise floor", gap.noise_floor}},
-               fmt::format("The gap of all {}s, in {}", findings.channel_word, unit));
   std::vector<report::Row> rows;
+  for (const auto& [unit, gap] : result.gaps) {
+    rows = {{"as given", gap.before}};
+    // A base, and an arm without friction, have none to refit.
+    if (gap.refitted != gap.before) rows.push_back({"its friction refitted", gap.refitted});
+    rows.push_back({"every parameter fitted at once", gap.dense});
+    rows.push_back({"the new one", gap.after});
+    rows.push_back({"noise floor", gap.noise_floor});
+    page.table({{"model"}, {"gap", unit}}, rows,
+               fmt::format("The gap of all {}s, in {}", findings.channel_word, unit));
+  }
+  rows.clear();
   for (const ChannelGap& channel : result.channels) {
     double share = 0;
     for (const Share& one : result.shares)

@@ -141,7 +141,8 @@ class BaseReader {
       BaseFile::Columns::Wheel columns;
       table.text("name", wheel.name, {.required = true});
       table.number("radius_m", wheel.radius_m, {.min = kShortest_m, .max = kLongest_m, .required = true});
-      if (omni)
+      if (!known_) table.ignore("angle_rad");
+      if (known_ && omni)
         table.number("angle_rad", wheel.angle_rad,
                      {.min = -kAnyAngle_rad, .max = kAnyAngle_rad, .required = true});
       table.text("position_column", columns.position);
