@@ -19,6 +19,8 @@ class DatagramPort {
   virtual std::size_t receive(std::span<std::uint8_t> buffer) noexcept = 0;
   /// To the other station; lost if none is known yet.
   virtual void send(std::span<const std::uint8_t> datagram) noexcept = 0;
+  /// To every address at which the other station may be.
+  virtual void send_to_all(std::span<const std::uint8_t> datagram) noexcept { send(datagram); }
   /// To the sender of the datagram that was received last.
   virtual void answer(std::span<const std::uint8_t> datagram) noexcept = 0;
   /// The sender of the datagram that was received last is the other station.

@@ -102,7 +102,11 @@ void OperatorEndpoint::look_for_robot(Time now) noexcept {
   }
   if (now - greeted_ < kGreetingPeriod) return;
   greeted_ = now;
-  port_.send(seal_greeting(key_, Side::kOperator, greeting_));
+  const GreetingDatagram greeting = seal_greeting(key_, Side::kOperator, greeting_);
+  if (traffic_.in_session())
+    port_.send(greeting);
+  else
+    port_.send_to_all(greeting);
 }
 
 void OperatorEndpoint::begin_session(std::span<const std::uint8_t> welcome, Time now) noexcept {
@@ -112,6 +116,7 @@ void OperatorEndpoint::begin_session(std::span<const std::uint8_t> welcome, Time
     return traffic_.count_refused();
   // A session is made once from a pair of random numbers: made again, its sequence would repeat.
   if (traffic_.in_session()) return;
+  port_.adopt_sender();
   greeting_.from_robot = answer.from_robot;
   traffic_.begin(Session(key_, greeting_.from_operator, greeting_.from_robot, Side::kOperator), now);
   port_.send(seal_greeting(key_, Side::kOperator, greeting_));

@@ -4,6 +4,7 @@
 #include <netinet/in.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <memory>
@@ -27,53 +28,91 @@ SetupError refused(const std::string& address, bool listen, const std::string& w
 
 using AddressList = std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)>;
 
-AddressList resolved(const std::string& address, bool listen) {
+struct Place {
+  std::string host;
+  std::string port;
+};
+
+Place parsed(const std::string& address, bool listen) {
   const std::size_t colon = address.rfind(':');
-  std::string host = address.substr(0, colon == std::string::npos ? 0 : colon);
-  const std::string port = colon == std::string::npos ? "" : address.substr(colon + 1);
+  Place place{.host = address.substr(0, colon == std::string::npos ? 0 : colon),
+              .port = colon == std::string::npos ? "" : address.substr(colon + 1)};
+  std::string& host = place.host;
   if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
-  if (host.empty() || port.empty() || port.find_first_not_of("0123456789") != std::string::npos)
+  if (host.empty() || place.port.empty() || place.port.find_first_not_of("0123456789") != std::string::npos)
     throw refused(address, listen, "'" + address + "'", "write both");
+  return place;
+}
+
+AddressList resolved(const std::string& address, bool listen, int family, int flags) {
+  const Place place = parsed(address, listen);
   addrinfo wanted{};
-  wanted.ai_family = AF_UNSPEC;
+  wanted.ai_family = family;
   wanted.ai_socktype = SOCK_DGRAM;
-  wanted.ai_flags = AI_NUMERICSERV | (listen ? AI_PASSIVE : 0);
+  wanted.ai_flags = AI_NUMERICSERV | flags;
   addrinfo* found = nullptr;
-  if (const int error = ::getaddrinfo(host.c_str(), port.c_str(), &wanted, &found); error != 0)
+  if (const int error = ::getaddrinfo(place.host.c_str(), place.port.c_str(), &wanted, &found); error != 0)
     throw refused(address, listen, ::gai_strerror(error), "check name and network");
   return {found, &::freeaddrinfo};
 }
 
+int open_socket(int family) noexcept {
+  const int socket = ::socket(family, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  if (socket < 0) return socket;
+  // An IPv6 socket that also carries IPv4 has both.
+  (void)::setsockopt(socket, IPPROTO_IP, IP_TOS, &kExpedited, sizeof kExpedited);
+  if (family == AF_INET6) {
+    (void)::setsockopt(socket, IPPROTO_IPV6, IPV6_TCLASS, &kExpedited, sizeof kExpedited);
+    constexpr int kNo = 0;
+    (void)::setsockopt(socket, IPPROTO_IPV6, IPV6_V6ONLY, &kNo, sizeof kNo);
+  }
+  return socket;
+}
+
 }  // namespace
 
-UdpPort UdpPort::listening(const std::string& address) { return {address, true}; }
-UdpPort UdpPort::towards(const std::string& address) { return {address, false}; }
+UdpPort::UdpPort(int socket) : socket_(socket) {}
 
-UdpPort::UdpPort(const std::string& address, bool listen) {
-  const AddressList list = resolved(address, listen);
-  const addrinfo& first = *list;
-  socket_ = ::socket(first.ai_family, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-  const auto fail = [&](const std::string& hint) {
-    const std::string why = std::generic_category().message(errno);
-    if (socket_ >= 0) ::close(socket_);
-    return refused(address, listen, why, hint);
-  };
-  if (socket_ < 0) throw fail("check the network");
-  if (first.ai_family == AF_INET)
-    (void)::setsockopt(socket_, IPPROTO_IP, IP_TOS, &kExpedited, sizeof kExpedited);
-  else
-    (void)::setsockopt(socket_, IPPROTO_IPV6, IPV6_TCLASS, &kExpedited, sizeof kExpedited);
-  if (listen) {
-    if (::bind(socket_, first.ai_addr, first.ai_addrlen) != 0)
-      throw fail("name an address of this machine and a port that no other program uses");
-    return;
+UdpPort UdpPort::listening(const std::string& address) {
+  const AddressList list = resolved(address, true, AF_UNSPEC, AI_PASSIVE);
+  UdpPort port(open_socket(list->ai_family));
+  if (port.socket_ < 0)
+    throw refused(address, true, std::generic_category().message(errno), "check the network");
+  if (::bind(port.socket_, list->ai_addr, list->ai_addrlen) != 0)
+    throw refused(address, true, std::generic_category().message(errno),
+                  "name an address of this machine and a port that no other program uses");
+  return port;
+}
+
+UdpPort UdpPort::towards(const std::string& address) {
+  // One socket for both families; a machine without IPv6 has only the other one.
+  int family = AF_INET6;
+  UdpPort port(open_socket(family));
+  if (port.socket_ < 0) {
+    family = AF_INET;
+    port.socket_ = open_socket(family);
   }
-  std::memcpy(&other_.bytes, first.ai_addr, first.ai_addrlen);
-  other_.size = first.ai_addrlen;
+  if (port.socket_ < 0)
+    throw refused(address, false, std::generic_category().message(errno), "check the network");
+  const int both = family == AF_INET6 ? AI_V4MAPPED | AI_ALL : 0;
+  const AddressList list = resolved(address, false, family, both);
+  for (const addrinfo* entry = list.get(); entry != nullptr; entry = entry->ai_next) {
+    Address possible{.size = entry->ai_addrlen};
+    std::memcpy(&possible.bytes, entry->ai_addr, entry->ai_addrlen);
+    const auto same = [&](const Address& other) {
+      return other.size == possible.size && std::memcmp(&other.bytes, &possible.bytes, other.size) == 0;
+    };
+    if (std::ranges::none_of(port.possible_, same)) port.possible_.push_back(possible);
+  }
+  port.other_ = port.possible_.front();
+  return port;
 }
 
 UdpPort::UdpPort(UdpPort&& other) noexcept
-    : socket_(std::exchange(other.socket_, -1)), other_(other.other_), sender_(other.sender_) {}
+    : socket_(std::exchange(other.socket_, -1)),
+      possible_(std::move(other.possible_)),
+      other_(other.other_),
+      sender_(other.sender_) {}
 
 UdpPort::~UdpPort() {
   if (socket_ >= 0) ::close(socket_);
@@ -95,6 +134,10 @@ std::size_t UdpPort::receive(std::span<std::uint8_t> buffer) noexcept {
 }
 
 void UdpPort::send(std::span<const std::uint8_t> datagram) noexcept { send_to(other_, datagram); }
+void UdpPort::send_to_all(std::span<const std::uint8_t> datagram) noexcept {
+  for (const Address& possible : possible_) send_to(possible, datagram);
+  if (possible_.empty()) send(datagram);
+}
 void UdpPort::answer(std::span<const std::uint8_t> datagram) noexcept { send_to(sender_, datagram); }
 
 /// A datagram that cannot be sent counts as lost: the other station's silence is what both react to.
