@@ -23,6 +23,9 @@ constexpr double kFollowingShare = 0.8;
 constexpr std::chrono::milliseconds kJitter{50};
 /// After a pause the way of a longer time is not made up for at once.
 constexpr std::chrono::milliseconds kCatchUp{20};
+/// In the detail of a fault: the operator's device has it, not the link to it. Beyond any age in
+/// microseconds.
+constexpr std::uint32_t kOfTheirDevice = std::uint32_t{1} << 31;
 
 }  // namespace
 
@@ -85,7 +88,8 @@ HapticStatus RemoteHapticLink::read(nanoseconds now, hal::HapticSample& sample) 
   // A silence after the first sample ends the force as for any other device: HapticServo sees the age.
   if (!newer) return {taken_ ? HapticFault::kMissed : HapticFault::kNotReady};
   const drivers::station::LinkState& operating = endpoint_->message().link;
-  if (operating.fault != HapticFault::kNone) return {.fault = operating.fault, .detail = operating.detail};
+  if (operating.fault != HapticFault::kNone)
+    return {.fault = operating.fault, .detail = operating.detail | kOfTheirDevice};
   if (!operating.enable) return {taken_ ? HapticFault::kNoCommand : HapticFault::kNotReady};
   take_states(sample, now);
   return {};
@@ -107,12 +111,15 @@ void RemoteHapticLink::take_states(hal::HapticSample& sample, nanoseconds now) n
 }
 
 std::string RemoteHapticLink::describe(const HapticStatus& status) const {
-  switch (status.fault) {
-    case HapticFault::kNotReady: return "no operator's station with a ready haptic device is connected";
-    case HapticFault::kStale: return "the operator's station was silent for too long";
-    case HapticFault::kNoCommand: return "the operator's station does not receive this one";
-    default: return std::string("operator's haptic device: ") + hal::describe(status.fault);
+  if ((status.detail & kOfTheirDevice) == 0) {
+    switch (status.fault) {
+      case HapticFault::kNotReady: return "no operator's station with a ready haptic device is connected";
+      case HapticFault::kStale: return "the operator's station was silent for too long";
+      case HapticFault::kNoCommand: return "the operator's station does not receive this one";
+      default: break;
+    }
   }
+  return std::string("operator's haptic device: ") + hal::describe(status.fault);
 }
 
 }  // namespace runtime

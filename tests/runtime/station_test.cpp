@@ -117,6 +117,16 @@ TEST(Stations, TheForceArrivesAtTheHandAndItsMotionAtTheRobot) {
   EXPECT_TRUE(report.connected);
 }
 
+TEST(Stations, AMissingStationReadsOtherwiseThanAFaultOfItsDevice) {
+  Stations stations;
+  support::DirectPort nowhere;
+  stations.at_operator.other = &nowhere;
+  stations.step({});
+  EXPECT_EQ(stations.status.fault, hal::HapticFault::kNotReady);
+  EXPECT_EQ(stations.remote.describe(stations.status),
+            "no operator's station with a ready haptic device is connected");
+}
+
 TEST(Stations, AfterAShortFaultThatTheRobotMissedTheForceStaysOffUntilItAsksForNone) {
   const hal::HapticCommand force{true, {0.5, 0, 0}};
   Stations stations;
@@ -134,6 +144,7 @@ TEST(Stations, AfterAShortFaultThatTheRobotMissedTheForceStaysOffUntilItAsksForN
     EXPECT_EQ(stations.status.fault, hal::HapticFault::kNotReady);
     ASSERT_EQ(stations.station->force_N().norm(), 0) << i;
   }
+  EXPECT_EQ(stations.remote.describe(stations.status), "operator's haptic device: no position yet");
   for (int i = 0; i < 200; ++i) stations.step({});
   for (int i = 0; i < 3000; ++i) stations.step(force);
   EXPECT_GT(stations.station->force_N().norm(), 0.4);
