@@ -13,11 +13,16 @@
 #include <vector>
 
 #include "drivers/haptic/haptic_usb.h"
+#include "drivers/station/udp_port.h"
+#include "hal/clock.h"
 #include "hal/haptic/falcon_link.h"
 #include "hal/haptic/force_dimension_link.h"
 #include "hal/haptic/space_mouse_link.h"
 #include "hal/haptic_servo.h"
+#include "hal/lockstep_haptic_device.h"
 #include "hal/loopback_haptic_link.h"
+#include "runtime/station/operator_cycle.h"
+#include "runtime/station/remote_haptic_link.h"
 #include "sim/devices/emulated_falcon.h"
 #include "sim/devices/emulated_space_mouse.h"
 #include "sim/hand.h"
@@ -40,43 +45,60 @@ double thread_time_s() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
+/// Of the calling thread, for each of many calls.
+class Stopwatch {
+ public:
+  explicit Stopwatch(int calls) { times_us_.reserve(static_cast<std::size_t>(calls)); }
+  template <typename Call>
+  void time(Call&& call) {
+    const double processor_begin_s = thread_time_s();
+    const auto start = std::chrono::steady_clock::now();
+    call();
+    const std::chrono::duration<double, std::micro> took = std::chrono::steady_clock::now() - start;
+    times_us_.push_back(took.count());
+    processor_s_ += thread_time_s() - processor_begin_s;
+  }
+  double at(double share) {
+    std::sort(times_us_.begin(), times_us_.end());
+    return times_us_[static_cast<std::size_t>(share * static_cast<double>(times_us_.size() - 1))];
+  }
+  double processor_us() const { return 1e6 * processor_s_ / static_cast<double>(times_us_.size()); }
+
+ private:
+  std::vector<double> times_us_;
+  double processor_s_ = 0;
+};
+
 /// Through the limits that every master has, with time passing as its device's does.
 void measure(
     const char* name, hal::HapticLink& link, int exchanges, const std::function<void()>& between = [] {}) {
   hal::HapticServo servo(link, {.ramp_in = 0ms});
   hal::HapticSample sample;
   nanoseconds now = 1s;
-  std::vector<double> times_us;
-  times_us.reserve(static_cast<std::size_t>(exchanges));
+  Stopwatch stopwatch(exchanges);
   int faults = 0;
-  double processor_s = 0.0;
   const auto begin = std::chrono::steady_clock::now();
   for (int i = 0; i < kWarmUp + exchanges; ++i) {
     now += 1ms;
-    const double processor_begin_s = thread_time_s();
-    const auto start = std::chrono::steady_clock::now();
-    const hal::HapticStatus status = servo.step({true, {0.5, 0.0, 0.0}}, now, now, sample);
-    const std::chrono::duration<double, std::micro> took = std::chrono::steady_clock::now() - start;
-    if (i >= kWarmUp) {
-      times_us.push_back(took.count());
-      processor_s += thread_time_s() - processor_begin_s;
+    hal::HapticStatus status;
+    const auto exchange = [&] { status = servo.step({true, {0.5, 0.0, 0.0}}, now, now, sample); };
+    if (i < kWarmUp) {
+      exchange();
+    } else {
+      stopwatch.time(exchange);
       faults += status.ok() ? 0 : 1;
     }
     between();
   }
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
-  std::sort(times_us.begin(), times_us.end());
-  const auto at = [&times_us](double share) {
-    return times_us[static_cast<std::size_t>(share * static_cast<double>(times_us.size() - 1))];
-  };
   const double per_second = static_cast<double>(kWarmUp + exchanges) / wall.count();
-  const double processor_us = 1e6 * processor_s / exchanges;
-  std::printf("%-44s %10.0f %10.2f %10.2f %12.2f %8d\n", name, per_second, at(0.5), at(0.999), processor_us,
-              faults);
-  bench::add_figure(std::string("haptic exchange, ") + name, bench::quantiles_text(at(0.5), at(0.999)),
-                    "haptic_bench, " + std::to_string(exchanges) + " times flat out, " +
-                        bench::number_text(per_second) + " a second, " + bench::number_text(processor_us) +
-                        " µs of processor time each");
+  const double processor_us = stopwatch.processor_us();
+  std::printf("%-44s %10.0f %10.2f %10.2f %12.2f %8d\n", name, per_second, stopwatch.at(0.5),
+              stopwatch.at(0.999), processor_us, faults);
+  bench::add_figure(
+      std::string("haptic exchange, ") + name, bench::quantiles_text(stopwatch.at(0.5), stopwatch.at(0.999)),
+      "haptic_bench, " + std::to_string(exchanges) + " times flat out, " + bench::number_text(per_second) +
+          " a second, " + bench::number_text(processor_us) + " µs of processor time each");
 }
 
 void loopback() {
@@ -84,6 +106,47 @@ void loopback() {
   hal::LoopbackHapticLink link(hand, 1ms, {.name = "loopback", .force_limit_N = 8.0});
   link.open();
   measure("loopback: simulated hand, 1 ms", link, 200'000);
+}
+
+/// The same hand at an operator's station: what the link costs at either end, with the kernel's UDP. To it
+/// the daemons of two computers add the way, and up to a cycle each until they look.
+void two_stations() {
+  constexpr int kExchanges = 50'000;
+  const drivers::station::Key key({1});
+  const std::string address = "127.0.0.1:47808";
+  hal::VirtualClock clock;
+  sim::Hand hand{{}};
+  hal::LockstepHapticDevice device(
+      std::make_unique<hal::LoopbackHapticLink>(
+          hand, 1ms, hal::HapticInfo{.name = "pen", .force_limit_N = 8.0, .senses_rotation = true}),
+      clock, {});
+  device.activate();
+  runtime::RemoteHapticLink robot(
+      [&] {
+        return std::make_unique<drivers::station::UdpPort>(drivers::station::UdpPort::listening(address));
+      },
+      key, {}, {.force_N = 8.0}, nullptr);
+  robot.open();
+  drivers::station::UdpPort port = drivers::station::UdpPort::towards(address);
+  runtime::OperatorCycle station(device, port, key, {}, nullptr);
+  Stopwatch stopwatch(kExchanges + kWarmUp);
+  const auto at_operator = [&] {
+    clock.sleep_until(clock.now() + 1ms);
+    stopwatch.time([&] { station.step(clock.now()); });
+  };
+  hal::HapticSample sample;
+  for (nanoseconds now{}; now <= 1s; now += 1ms) {
+    at_operator();
+    (void)robot.exchange({}, now, sample);
+  }
+  stopwatch = Stopwatch(kExchanges + kWarmUp);
+  measure("two stations: the robot's end, UDP", robot, kExchanges, at_operator);
+  std::printf("%-44s %10s %10.2f %10.2f %12.2f\n", "two stations: the operator's end", "", stopwatch.at(0.5),
+              stopwatch.at(0.999), stopwatch.processor_us());
+  bench::add_figure(
+      "haptic exchange, two stations: the operator's end, with its device",
+      bench::quantiles_text(stopwatch.at(0.5), stopwatch.at(0.999)),
+      "haptic_bench, " + bench::number_text(stopwatch.processor_us()) + " µs of processor time each");
 }
 
 void force_dimension() {
@@ -143,6 +206,7 @@ int main() {
   std::printf("%-44s %10s %10s %10s %12s %8s\n", "haptic device", "per second", "median us", "99.9 % us",
               "processor us", "faults");
   haptic_bench::loopback();
+  haptic_bench::two_stations();
   haptic_bench::force_dimension();
   haptic_bench::falcon_in_process();
   if (!support::in_mock_kernel()) {
