@@ -96,6 +96,11 @@ TEST_F(HapticServoTest, ListsAllThatIsWrongWithItsLimits) {
   }
 }
 
+TEST_F(HapticServoTest, RefusesAnAgeAboveTheLongestOfALink) {
+  EXPECT_TRUE(HapticLimits{.stale_after = 500ms}.problems().empty());
+  EXPECT_EQ(HapticLimits{.stale_after = 501ms}.problems().size(), 1u);
+}
+
 TEST_F(HapticServoTest, PassesTheSampleOnWithAVelocityAndItsAge) {
   ASSERT_TRUE(step({}).ok());
   EXPECT_EQ(sample.p_HD_m, Vector3d(0.1, 0.2, 0.3));
