@@ -33,8 +33,17 @@ void write(CdrWriter& cdr, const Eigen::Isometry3d& pose) {
   for (const double value : {rotation.x(), rotation.y(), rotation.z(), rotation.w()}) cdr.number(value);
 }
 
-void write_unknown_covariance(CdrWriter& cdr) {
-  for (int i = 0; i < 36; ++i) cdr.number(0.0);
+/// Of x, y, z, roll, pitch, yaw, in rows. What the wheels do not measure gets a large variance, as is usual
+/// in ROS.
+void write_planar_covariance(CdrWriter& cdr, const Eigen::Matrix3d& planar) {
+  constexpr double kNotMeasured = 1e6;
+  constexpr std::array<Eigen::Index, 6> kPlanar{0, 1, -1, -1, -1, 2};
+  for (std::size_t row = 0; row < kPlanar.size(); ++row)
+    for (std::size_t column = 0; column < kPlanar.size(); ++column)
+      if (kPlanar[row] >= 0 && kPlanar[column] >= 0)
+        cdr.number(planar(kPlanar[row], kPlanar[column]));
+      else
+        cdr.number(row == column ? kNotMeasured : 0.0);
 }
 
 Twist read_twist(runtime::mcap::CdrReader& cdr) {
@@ -110,16 +119,14 @@ void write_wrench_stamped(CdrWriter& cdr, const Header& header, const Eigen::Vec
   write(cdr, moment_Nm);
 }
 
-void write_odometry(CdrWriter& cdr, const Header& header, const std::string& child_frame_id,
-                    const Eigen::Isometry3d& pose, const Eigen::Vector3d& velocity_m_per_s,
-                    const Eigen::Vector3d& rate_rad_per_s) {
-  write(cdr, header);
-  cdr.string(child_frame_id);
-  write(cdr, pose);
-  write_unknown_covariance(cdr);
-  write(cdr, velocity_m_per_s);
-  write(cdr, rate_rad_per_s);
-  write_unknown_covariance(cdr);
+void write(CdrWriter& cdr, const Odometry& odometry) {
+  write(cdr, odometry.header);
+  cdr.string(odometry.child_frame_id);
+  write(cdr, odometry.pose);
+  write_planar_covariance(cdr, odometry.pose_covariance);
+  write(cdr, odometry.velocity_m_per_s);
+  write(cdr, odometry.rate_rad_per_s);
+  write_planar_covariance(cdr, odometry.twist_covariance);
 }
 
 void write_transforms(CdrWriter& cdr, Time stamp, const std::vector<Transform>& transforms) {

@@ -75,8 +75,8 @@ std::string text(const nlohmann::json& value) {
 
 }  // namespace
 
-LiveChannels::LiveChannels(live::Outlet& outlet, bool teleoperated)
-    : outlet_(outlet), transforms_(control::youbot_urdf()) {
+LiveChannels::LiveChannels(live::Outlet& outlet, bool teleoperated, const control::BaseGeometry& geometry)
+    : outlet_(outlet), transforms_(control::youbot_urdf()), covariance_(geometry) {
   const auto columns =
       teleoperated ? runtime::columns_of(TeleopRecord{}) : runtime::columns_of(CycleRecord{});
   for (const auto& column : columns) columns_.push_back(column.name);
@@ -126,7 +126,10 @@ void LiveChannels::publish_record(std::uint64_t time_ns, const Record& record) {
 }
 
 void LiveChannels::publish(const LiveSample& sample) {
-  if (!sample.running) before_.reset();
+  if (!sample.running) {
+    before_.reset();
+    covariance_.reset();
+  }
   running_ = sample.running;
   std::visit([&](const auto& record) { publish(sample.time_ns, record); }, sample.record);
 }
@@ -146,7 +149,7 @@ void LiveChannels::publish(std::uint64_t time_ns, const CycleRecord& record) {
     state.effort_Nm = list(record.torque_command_Nm);
     write(cdr, state);
   });
-  publish_odometry(time_ns, record.odometry_W);
+  publish_odometry(time_ns, record.odometry_W, record.position_rad.data());
   publish_transforms(time_ns, record.odometry_W, nullptr);
 }
 
@@ -186,24 +189,27 @@ void LiveChannels::publish(std::uint64_t time_ns, const TeleopRecord& record) {
     ros::write_wrench_stamped(cdr, {Time::from_ns(time_ns), "haptic_device"}, vector(record.held_force_H_N),
                               Eigen::Vector3d::Zero());
   });
-  publish_odometry(time_ns, record.base_W);
+  publish_odometry(time_ns, record.base_W, record.position_rad.data());
   publish_transforms(time_ns, record.base_W, record.position_rad.data() + kWheels);
 }
 
 /// The velocity is the mean since the sample before.
-void LiveChannels::publish_odometry(std::uint64_t time_ns, const std::array<double, 3>& base_W) {
-  Eigen::Vector3d velocity_W = Eigen::Vector3d::Zero();
+void LiveChannels::publish_odometry(std::uint64_t time_ns, const std::array<double, 3>& base_W,
+                                    const double* wheel_rad) {
+  ros::Odometry odometry{
+      .header = {Time::from_ns(time_ns), kWorld}, .child_frame_id = kBase, .pose = planar(base_W)};
+  covariance_.step(Eigen::Map<const control::WheelVector>(wheel_rad), {base_W[0], base_W[1], base_W[2]});
+  odometry.pose_covariance = covariance_.pose_W();
   if (before_ && time_ns > before_->time_ns) {
-    velocity_W =
-        (vector(base_W) - vector(before_->base_W)) / (1e-9 * static_cast<double>(time_ns - before_->time_ns));
+    const double elapsed_s = 1e-9 * static_cast<double>(time_ns - before_->time_ns);
+    const Eigen::Vector3d velocity_W = (vector(base_W) - vector(before_->base_W)) / elapsed_s;
+    odometry.velocity_m_per_s =
+        odometry.pose.linear().transpose() * Eigen::Vector3d(velocity_W.x(), velocity_W.y(), 0);
+    odometry.rate_rad_per_s.z() = velocity_W.z();
+    odometry.twist_covariance = covariance_.twist_B(elapsed_s);
   }
   before_ = Motion{time_ns, base_W};
-  send(odometry_, time_ns, [&](auto& cdr) {
-    const Eigen::Isometry3d X_WB = planar(base_W);
-    const Eigen::Vector3d in_W(velocity_W.x(), velocity_W.y(), 0);
-    ros::write_odometry(cdr, {Time::from_ns(time_ns), kWorld}, kBase, X_WB, X_WB.linear().transpose() * in_W,
-                        {0, 0, velocity_W.z()});
-  });
+  send(odometry_, time_ns, [&](auto& cdr) { write(cdr, odometry); });
 }
 
 void LiveChannels::publish_transforms(std::uint64_t time_ns, const std::array<double, 3>& base_W,

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "control/odometry_covariance.h"
 #include "live/outlet.h"
 #include "live/transforms.h"
 #include "operation/live_feed.h"
@@ -19,8 +20,9 @@ namespace operation {
 /// One thread, that of the outlet.
 class LiveChannels {
  public:
-  /// Set-up: adds the channels. The outlet must outlive them.
-  LiveChannels(live::Outlet& outlet, bool teleoperated);
+  /// Set-up: adds the channels. The outlet must outlive them. `geometry`: of the base, for the covariance of
+  /// its odometry. @throws std::invalid_argument if it is out of range.
+  LiveChannels(live::Outlet& outlet, bool teleoperated, const control::BaseGeometry& geometry);
 
   void publish(const LiveSample& sample);
   /// A status in the form of `youbotctl status --json`, for the page, and as diagnostics.
@@ -36,7 +38,8 @@ class LiveChannels {
   };
   void publish(std::uint64_t time_ns, const CycleRecord& record);
   void publish(std::uint64_t time_ns, const TeleopRecord& record);
-  void publish_odometry(std::uint64_t time_ns, const std::array<double, 3>& base_W);
+  /// `wheel_rad`: of the four wheels.
+  void publish_odometry(std::uint64_t time_ns, const std::array<double, 3>& base_W, const double* wheel_rad);
   void publish_transforms(std::uint64_t time_ns, const std::array<double, 3>& base_W, const double* arm_rad);
   template <typename Record>
   void publish_record(std::uint64_t time_ns, const Record& record);
@@ -51,7 +54,8 @@ class LiveChannels {
   // Of teleoperation.
   std::size_t end_effector_ = 0, setpoint_ = 0, wrench_ = 0, felt_force_ = 0;
   std::optional<Motion> before_;
-  bool running_ = false;  // otherwise only what the joints measure is published
+  control::OdometryCovariance covariance_;  // since the run began
+  bool running_ = false;                    // otherwise only what the joints measure is published
   runtime::mcap::CdrWriter cdr_;
   std::map<std::string, double> positions_;
 };

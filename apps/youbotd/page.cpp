@@ -183,7 +183,7 @@ Page::Page(Options options, operation::LiveFeed& feed, Commands& commands)
       commands_(commands),
       token_(make_token()),
       stream_(std::string("youbotd ") + runtime::build_version()),
-      channels_(stream_, options_.teleoperated),
+      channels_(stream_, options_.teleoperated, options_.geometry),
       status_(options_.first_status),
       live_status_(feed_, reader_, options_.commanded),
       server_(std::make_unique<live::WebServer>(options_.where, *this)) {

@@ -52,6 +52,7 @@ class Page final : public live::Site {
     bool commanded = false;            ///< there is a service: the page has its buttons
     std::vector<std::string> modes{};  ///< of the service
     control::Workspace workspace{};
+    control::BaseGeometry geometry{};
     nlohmann::json first_status = nlohmann::json::object();  ///< until the first publish_status()
     Findings checks{};                                       ///< of `youbotd --check`
   };

@@ -28,7 +28,7 @@ Ros2Topics::Ros2Topics(const Options& options, operation::LiveFeed& feed, Page::
             .may_steer = true},
       cmd_vel_(options.silence),
       node_(options.domain, "youbotd"),
-      channels_(node_, options.teleoperated),
+      channels_(node_, options.teleoperated, options.geometry),
       live_status_(feed_, reader_, options.commanded),
       status_(options.first_status) {
   if (steered_ != nullptr) {

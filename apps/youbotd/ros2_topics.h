@@ -32,6 +32,7 @@ class Ros2Topics {
   struct Options {
     std::uint32_t domain = 0;
     bool teleoperated = false;
+    control::BaseGeometry geometry{};
     bool commanded = false;            ///< there is a service, which publishes its status
     std::chrono::nanoseconds silence;  ///< loop.commander_timeout_s
     nlohmann::json first_status = nlohmann::json::object();  ///< until the first publish_status()

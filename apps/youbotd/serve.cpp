@@ -41,6 +41,7 @@ struct Shown {
                                .modes = modes_of(config.teleoperated, options.service.ros2_commands),
                                .workspace = config.teleoperated ? config.teleoperation.workspace
                                                                 : config.cycle.workspace,
+                               .geometry = config.cycle.controller.geometry,
                                .checks = checks},
                  feed, requests);
     page->set_joints(joints);
@@ -50,6 +51,7 @@ struct Shown {
   void join(std::uint32_t domain, bool commands, const operation::Config& config) {
     topics.emplace(Ros2Topics::Options{.domain = domain,
                                        .teleoperated = config.teleoperated,
+                                       .geometry = config.cycle.controller.geometry,
                                        .commanded = true,
                                        .silence = config.commander_timeout},
                    feed, commands ? &requests : nullptr);

@@ -29,6 +29,7 @@ ShownRun::ShownRun(const Options& options, const operation::Config& config, Find
                                 .commanded = false,
                                 .workspace = config.teleoperated ? config.teleoperation.workspace
                                                                  : config.cycle.workspace,
+                                .geometry = config.cycle.controller.geometry,
                                 .first_status = status_,
                                 .checks = std::move(checks)},
                   feed_, static_cast<Page::Commands&>(*this));
@@ -37,6 +38,7 @@ ShownRun::ShownRun(const Options& options, const operation::Config& config, Find
   if (options.domain) {
     topics_.emplace(Ros2Topics::Options{.domain = *options.domain,
                                         .teleoperated = config.teleoperated,
+                                        .geometry = config.cycle.controller.geometry,
                                         .silence = config.commander_timeout,
                                         .first_status = status_},
                     feed_, nullptr);

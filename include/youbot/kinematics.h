@@ -12,6 +12,7 @@
 #include "control/base_odometry.h"
 #include "control/base_path.h"
 #include "control/link_map.h"
+#include "control/odometry_covariance.h"
 #include "control/planar.h"
 #include "control/robot_model.h"
 
@@ -23,6 +24,7 @@ using control::BaseOdometry;
 using control::BasePath;
 using control::BaseReference;
 using control::LinkMap;
+using control::OdometryCovariance;
 using control::PlanarPose;
 using control::PlanarVector;
 using control::RobotModel;

@@ -91,9 +91,16 @@ TEST(RosMessages, AWrenchIsForceThenTorque) {
   EXPECT_EQ(wrench.bytes.size(), 64U);
 }
 
-TEST(RosMessages, OdometryHasPoseAndTwistEachWithAnUnknownCovariance) {
+TEST(RosMessages, OdometryHasPoseAndTwistEachWithTheCovarianceInThePlane) {
   CdrWriter cdr;
-  ros::write_odometry(cdr, {{1, 2}, "odom"}, "base", quarter_turn_at({1, 2, 0}), {0.5, -0.25, 0}, {0, 0, 2});
+  ros::Odometry message{.header = {{1, 2}, "odom"},
+                        .child_frame_id = "base",
+                        .pose = quarter_turn_at({1, 2, 0}),
+                        .velocity_m_per_s = {0.5, -0.25, 0},
+                        .rate_rad_per_s = {0, 0, 2}};
+  message.pose_covariance << 1, 2, 3, 2, 4, 5, 3, 5, 6;
+  message.twist_covariance = 10 * message.pose_covariance;
+  write(cdr, message);
   const Payload odometry(cdr);
   EXPECT_EQ(odometry.u32(8), 5U);
   EXPECT_EQ(odometry.text(12, 5), std::string("odom\0", 5));
@@ -102,10 +109,25 @@ TEST(RosMessages, OdometryHasPoseAndTwistEachWithAnUnknownCovariance) {
   EXPECT_EQ(odometry.vector(32), Vector3d(1, 2, 0)) << "from 29 to the next multiple of eight";
   expect_quarter_turn(odometry, 56);
   const std::size_t twist = 88 + 36 * 8;
-  EXPECT_EQ(odometry.text(88, 36 * 8), std::string(36 * 8, '\0'));
+  // x, y, z, roll, pitch, yaw in rows; what wheels do not measure is uncertain.
+  const auto expect_covariance = [&](std::size_t at, double scale) {
+    const std::array<std::array<double, 6>, 6> expected{{{1, 2, 0, 0, 0, 3},
+                                                         {2, 4, 0, 0, 0, 5},
+                                                         {0, 0, 1e6, 0, 0, 0},
+                                                         {0, 0, 0, 1e6, 0, 0},
+                                                         {0, 0, 0, 0, 1e6, 0},
+                                                         {3, 5, 0, 0, 0, 6}}};
+    for (std::size_t row = 0; row < 6; ++row)
+      for (std::size_t column = 0; column < 6; ++column) {
+        const bool measured = expected[row][column] < 1e6;
+        EXPECT_EQ(odometry.f64(at + 8 * (6 * row + column)), expected[row][column] * (measured ? scale : 1))
+            << row << ", " << column;
+      }
+  };
+  expect_covariance(88, 1);
   EXPECT_EQ(odometry.vector(twist), Vector3d(0.5, -0.25, 0));
   EXPECT_EQ(odometry.vector(twist + 24), Vector3d(0, 0, 2));
-  EXPECT_EQ(odometry.text(twist + 48, 36 * 8), std::string(36 * 8, '\0'));
+  expect_covariance(twist + 48, 10);
   EXPECT_EQ(odometry.bytes.size(), twist + 48 + 36 * 8);
 }
 

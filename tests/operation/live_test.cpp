@@ -176,7 +176,7 @@ struct LiveChannelsTest : testing::Test {
 };
 
 TEST_F(LiveChannelsTest, ABaseRecordAsMessages) {
-  operation::LiveChannels channels(stream, /*teleoperated=*/false);
+  operation::LiveChannels channels(stream, /*teleoperated=*/false, {});
   const Client client(stream);
   CycleRecord record{.time = 2s};
   record.torque_command_Nm = {1, 2, 3, 4};
@@ -207,7 +207,7 @@ TEST_F(LiveChannelsTest, ABaseRecordAsMessages) {
 }
 
 TEST_F(LiveChannelsTest, OdometryHasItsVelocityInTheFrameOfTheBase) {
-  operation::LiveChannels channels(stream, false);
+  operation::LiveChannels channels(stream, false, {});
   const Client client(stream);
   CycleRecord record;
   record.odometry_W = {1, 2, kTurn};
@@ -227,10 +227,17 @@ TEST_F(LiveChannelsTest, OdometryHasItsVelocityInTheFrameOfTheBase) {
   EXPECT_NEAR(odometry[43], 1.0, 1e-5) << "m/s ahead";
   EXPECT_NEAR(odometry[44], -0.002, 1e-4) << "m/s to the left, of which it has turned 2 mrad";
   EXPECT_NEAR(odometry[48], 0.2, 1e-9) << "rad/s";
+  // Four wheels that each rolled 0.475 m, with a percent of error: half of that along x.
+  EXPECT_EQ(odometry[7], 0) << "variance of x, known exactly at the start";
+  record.position_rad = {-10, 10, -10, 10};
+  channels.publish({.time_ns = kTime_ns + 20'000'000, .record = record});
+  odometry = client.numbers("/odom", 2, 85);
+  EXPECT_NEAR(std::sqrt(odometry[7]), 0.475 * 0.01 / 2, 1e-5);
+  EXPECT_EQ(odometry[7 + 14], 1e6) << "the height is not measured";
 }
 
 TEST_F(LiveChannelsTest, ATeleoperationRecordAsMessages) {
-  operation::LiveChannels channels(stream, /*teleoperated=*/true);
+  operation::LiveChannels channels(stream, /*teleoperated=*/true, {});
   const Client client(stream);
   TeleopRecord record;
   record.tip_p_WT_m = {1, 2, 3};
@@ -259,7 +266,7 @@ TEST_F(LiveChannelsTest, ATeleoperationRecordAsMessages) {
 }
 
 TEST_F(LiveChannelsTest, APoseThatIsNotKnownYetIsTheOrigin) {
-  operation::LiveChannels channels(stream, true);
+  operation::LiveChannels channels(stream, true, {});
   const Client client(stream);
   TeleopRecord record;  // quaternions of zeros
   record.tip_p_WT_m = {TeleopRecord::kNaN, 0, 0};
@@ -268,7 +275,7 @@ TEST_F(LiveChannelsTest, APoseThatIsNotKnownYetIsTheOrigin) {
 }
 
 TEST_F(LiveChannelsTest, CommandsOfTheArmAreTorquesOrPositionsByItsMode) {
-  operation::LiveChannels channels(stream, true);
+  operation::LiveChannels channels(stream, true, {});
   const Client client(stream);
   TeleopRecord record;
   record.command = {1, 2, 3, 4, 5, 6, 7, 8, 9};
@@ -289,7 +296,7 @@ TEST_F(LiveChannelsTest, CommandsOfTheArmAreTorquesOrPositionsByItsMode) {
 }
 
 TEST_F(LiveChannelsTest, AStatusIsAlsoADiagnostic) {
-  operation::LiveChannels channels(stream, false);
+  operation::LiveChannels channels(stream, false, {});
   const Client client(stream);
   const json status{{"robot", "wire"},
                     {"phase", "faulted"},
@@ -309,7 +316,7 @@ TEST_F(LiveChannelsTest, AStatusIsAlsoADiagnostic) {
 }
 
 TEST_F(LiveChannelsTest, AnyStatusCanBePublished) {
-  operation::LiveChannels channels(stream, false);
+  operation::LiveChannels channels(stream, false, {});
   const Client client(stream);
   for (const json& status :
        {json::object(), json{{"commander", nullptr}}, json{{"robot_trouble", "too long for an answer"}}})

@@ -13,6 +13,7 @@
 
 #include "control/base_controller.h"
 #include "control/base_odometry.h"
+#include "control/odometry_covariance.h"
 #include "model/friction/wheel_curve.h"
 #include "tests/support/no_alloc_guard.h"
 
@@ -245,6 +246,30 @@ TEST(Base, OdometryFromItsTrueWheelAnglesFindsItsTruePose) {
   EXPECT_NEAR(odometry.pose().x_m, base.pose().x_m, 1e-3 * path_m);
   EXPECT_NEAR(odometry.pose().y_m, base.pose().y_m, 1e-3 * path_m);
   EXPECT_NEAR(odometry.pose().yaw_rad, base.pose().yaw_rad, 1e-3 * path_m / kLever_m);
+}
+
+// Wheel 1 on oil: it spins when the base accelerates, and the odometry believes it.
+TEST(Base, TheOdometryOfASlippingWheelIsWithinItsCovariance) {
+  BaseParameters parameters = noiseless();
+  parameters.grip_scale = {0.01, 1, 1, 1};
+  Base base(parameters);
+  control::BaseOdometry odometry(LinkMap::with_geometry({}));
+  control::OdometryCovariance covariance{control::BaseGeometry{}};
+  const auto sense = [&] {
+    const WheelVector wheels{base.wheel(0).position_rad(), base.wheel(1).position_rad(),
+                             base.wheel(2).position_rad(), base.wheel(3).position_rad()};
+    covariance.step(wheels, odometry.step(wheels));
+  };
+  sense();
+  for (int ms = 0; ms < 3000; ++ms) {
+    run(base, (ms < 1500 ? 0.4 : -0.2) * kForward, 1);
+    sense();
+  }
+  const Eigen::Vector3d error(odometry.pose().x_m - base.pose().x_m, odometry.pose().y_m - base.pose().y_m,
+                              odometry.pose().yaw_rad - base.pose().yaw_rad);
+  ASSERT_GT(error.head<2>().norm(), 0.05) << "it slips";
+  EXPECT_GT(covariance.slipped_m(), 0.1);
+  EXPECT_LT(error.dot(covariance.pose_W().inverse() * error), 7.8) << "95 % of three freedoms";
 }
 
 TEST(Base, SticksUnderAPushBelowBreakAwayAndMovesUnderOneAbove) {
