@@ -322,6 +322,21 @@ void read_simulated_wheels(TomlTable& table, const std::filesystem::path& folder
   if (seed >= 0) simulation.models = {runtime::HiddenEffect(static_cast<std::uint64_t>(seed)).wheel_model()};
 }
 
+void read_floor(TomlTable& table, sim::Floor& floor) {
+  /// Each wheel looks through all of them in each step.
+  constexpr std::size_t kMaxPatches = 16;
+  table.numbers("slope", std::span(floor.slope_W.data(), 2), {.min = -0.3, .max = 0.3});
+  for (TomlTable& patch : table.tables("patch", {.most = kMaxPatches})) {
+    sim::FloorPatch& read = floor.patches.emplace_back();
+    patch.numbers("from_m", std::span(read.from_m.data(), 2), {.min = -1000, .max = 1000});
+    patch.numbers("to_m", std::span(read.to_m.data(), 2), {.min = -1000, .max = 1000});
+    if (!(read.from_m.array() < read.to_m.array()).all())
+      patch.refuse("to_m", "is not above 'from_m' in x and y");
+    patch.number("grip", read.grip, {.min = 0, .max = 5});
+    patch.number("resistance", read.resistance, {.min = 0, .max = 100});
+  }
+}
+
 void read_simulation(TomlTable table, const std::filesystem::path& folder, sim::BaseParameters& simulation,
                      Models& models) {
   table.boolean("on_ground", simulation.on_ground);
@@ -331,6 +346,8 @@ void read_simulation(TomlTable table, const std::filesystem::path& folder, sim::
   table.numbers("loaded_friction_scale", simulation.loaded_friction_scale, {.min = 0.01, .max = 20});
   table.number("roller_grip", simulation.roller_grip, {.min = 0, .max = 2});
   table.number("roller_resistance", simulation.roller_resistance, {.min = 0, .max = 0.5});
+  table.number("centre_of_mass_height_m", simulation.centre_of_mass_height_m, {.min = 0, .max = 1});
+  read_floor(table, simulation.floor);
   read_duration(table, "step_s", simulation.step, {.min = 1e-6, .max = 2e-4});
   int seed = static_cast<int>(simulation.noise_seed);
   table.integer("noise_seed", seed, {.min = 0});

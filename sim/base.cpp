@@ -45,7 +45,7 @@ void Base::advance(std::span<const hal::JointCommand> commands, bool powered,
 
 void Base::step(double step_s) noexcept {
   control::PlanarVector wrench_B = push_B_;
-  wheels_.step(twist_B_, step_s, wrench_B);
+  wheels_.step(X_WB_, twist_B_, step_s, wrench_B);
   if (!wheels_.on_ground()) return;
 
   // Newton in the rotating frame B: m·(dv/dt + ω × v) = f.

@@ -1,5 +1,5 @@
 /// @file
-/// The youBot's base: four wheel drives, mecanum rollers, a rigid body on a level floor.
+/// The youBot's base: four wheel drives, mecanum rollers, a rigid body on the floor.
 #pragma once
 #include <chrono>
 #include <span>
@@ -34,6 +34,7 @@ class Base final : public hal::Plant {
   /// True values, for tests and the summary of a simulated run.
   const control::PlanarPose& pose() const noexcept { return X_WB_; }
   const control::PlanarVector& twist() const noexcept { return twist_B_; }
+  double wheel_load_N(int index) const noexcept { return wheels_.load_N(static_cast<std::size_t>(index)); }
   Drive& wheel(int index) noexcept { return wheels_[static_cast<std::size_t>(index)]; }
   double kinetic_energy_J() const noexcept;
   /// From now on a hand pushes the body with this wrench.

@@ -68,6 +68,12 @@ MecanumWheelParameters checked(const MecanumWheelParameters& parameters) {
   for (const double scale : parameters.loaded_friction_scale)
     kRequirePositive(scale, "loaded_friction_scale");
   for (const double scale : parameters.grip_scale) kRequireNotNegative(scale, "grip_scale");
+  kRequireNotNegative(parameters.centre_of_mass_height_m, "centre_of_mass_height_m");
+  for (const double rise : parameters.floor.slope_W) kRequireNotNegative(std::abs(rise), "floor slope");
+  for (const FloorPatch& patch : parameters.floor.patches) {
+    kRequireNotNegative(patch.grip, "grip of a floor patch");
+    kRequireNotNegative(patch.resistance, "resistance of a floor patch");
+  }
   return parameters;
 }
 
@@ -75,7 +81,8 @@ MecanumWheelParameters checked(const MecanumWheelParameters& parameters) {
 
 MecanumWheels::MecanumWheels(const MecanumWheelParameters& parameters, double carried_mass_kg)
     : parameters_(checked(parameters)),
-      wheel_load_N_(carried_mass_kg * model::kGravity_m_per_s2 / kCount),
+      equal_load_N_(carried_mass_kg * model::kGravity_m_per_s2 / kCount),
+      load_N_(Eigen::Array4d::Constant(equal_load_N_)),
       wheels_{make_wheel(parameters, 1), make_wheel(parameters, 2), make_wheel(parameters, 3),
               make_wheel(parameters, 4)},
       grips_{BoundedBristle(parameters.roller_give), BoundedBristle(parameters.roller_give),
@@ -88,7 +95,7 @@ void MecanumWheels::control(std::span<const hal::JointCommand> commands, bool po
   for (std::size_t i = 0; i < kCount; ++i) wheels_[i].control(commands[i], powered, interval_s);
 }
 
-void MecanumWheels::step(const control::PlanarVector& twist_B, double step_s,
+void MecanumWheels::step(const control::PlanarPose& X_WB, const control::PlanarVector& twist_B, double step_s,
                          control::PlanarVector& wrench_B) noexcept {
   if (!parameters_.on_ground) {
     for (Drive& wheel : wheels_) wheel.step(0.0, step_s);
@@ -107,22 +114,47 @@ void MecanumWheels::step(const control::PlanarVector& twist_B, double step_s,
   // The wheel grips along the roller's axis. The grip acts along (1, c)/√2; its x component carries the 1/√2
   // of that direction.
   const EachWheel slip = surface_x - (hub_x + lean * hub_y);
-  const double grip_bound_N = parameters_.roller_grip * wheel_load_N_ / std::sqrt(2.0);
+  EachWheel grip_bound_N = parameters_.roller_grip * load_N_ / std::sqrt(2.0);
+  EachWheel resistance = parameters_.roller_resistance * load_N_;
+  if (!parameters_.floor.is_plain()) {
+    const double cosine = std::cos(X_WB.yaw_rad);
+    const double sine = std::sin(X_WB.yaw_rad);
+    for (Eigen::Index i = 0; i < kCount; ++i) {
+      const Place place =
+          place_at(X_WB.x_m + cosine * x[i] - sine * y[i], X_WB.y_m + sine * x[i] + cosine * y[i]);
+      grip_bound_N[i] *= place.grip;
+      resistance[i] *= place.resistance;
+    }
+    const Eigen::Vector2d pull_W_N = -kCount * equal_load_N_ * parameters_.floor.slope_W;
+    wrench_B += control::rotated({pull_W_N.x(), pull_W_N.y(), 0}, cosine, -sine);
+  }
   EachWheel grip_N;
   for (std::size_t i = 0; i < kCount; ++i) {
     const auto wheel = static_cast<Eigen::Index>(i);
-    grip_N[wheel] = grips_[i].step(slip[wheel], parameters_.grip_scale[i] * grip_bound_N, step_s);
+    grip_N[wheel] = grips_[i].step(slip[wheel], parameters_.grip_scale[i] * grip_bound_N[wheel], step_s);
   }
   // Across it the roller rolls, along (−c, 1)/√2.
   const EachWheel rolling = (lean * (surface_x - hub_x) + hub_y) / std::sqrt(2.0);
-  const EachWheel resistance_N = -parameters_.roller_resistance * wheel_load_N_ * rolling /
-                                 (rolling * rolling + kRollingFade_m_per_s * kRollingFade_m_per_s).sqrt();
+  const EachWheel resistance_N =
+      -resistance * rolling / (rolling * rolling + kRollingFade_m_per_s * kRollingFade_m_per_s).sqrt();
   const EachWheel force_x = grip_N - lean * resistance_N / std::sqrt(2.0);
   const EachWheel force_y = lean * grip_N + resistance_N / std::sqrt(2.0);
   const EachWheel moment = x * force_y - y * force_x;
   for (int i = 0; i < kCount; ++i) wrench_B += control::PlanarVector(force_x[i], force_y[i], moment[i]);
+  if (const double height_m = parameters_.centre_of_mass_height_m; height_m > 0)
+    load_N_ = (equal_load_N_ -
+               EachWheel(kAhead.data()) * force_x.sum() * height_m / (2 * parameters_.geometry.wheelbase_m) -
+               EachWheel(kLeft.data()) * force_y.sum() * height_m / (2 * parameters_.geometry.track_m))
+                  .max(0.0);
   const EachWheel load_Nm = forward * r * force_x;
   for (std::size_t i = 0; i < kCount; ++i) wheels_[i].step(load_Nm[static_cast<Eigen::Index>(i)], step_s);
+}
+
+MecanumWheels::Place MecanumWheels::place_at(double x_m, double y_m) const noexcept {
+  for (std::size_t i = parameters_.floor.patches.size(); i-- > 0;)
+    if (const FloorPatch& patch = parameters_.floor.patches[i]; patch.contains(x_m, y_m))
+      return {patch.grip, patch.resistance};
+  return {};
 }
 
 void MecanumWheels::set_on_ground(bool on_ground) noexcept {

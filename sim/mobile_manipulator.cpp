@@ -133,7 +133,7 @@ void MobileManipulator::step(double step_s) noexcept {
   control::PlanarVector wrench_B = control::PlanarVector::Zero();
   const double cosine = std::cos(q_[2]);
   const double sine = std::sin(q_[2]);
-  wheels_.step(control::rotated(v_.head<kBaseAxes>(), cosine, -sine), step_s, wrench_B);
+  wheels_.step(pose(), control::rotated(v_.head<kBaseAxes>(), cosine, -sine), step_s, wrench_B);
   torque.head<kBaseAxes>() += control::rotated(wrench_B, cosine, sine);
   for (std::size_t i = 0; i < joints_.size(); ++i) {
     const auto axis = static_cast<Eigen::Index>(kBaseAxes + i);

@@ -45,8 +45,8 @@ struct MobileManipulatorParameters {
 /// Body and links obey M·q̈ + c + g = τ + Jᵀ·F of control::RobotModel, integrated semi-implicitly: velocity
 /// first, then position with the new velocity. Held quantities are evaluated in the middle of their hold
 /// time, which makes the error of second order in it. Rotors only have inertia about their joints' axes. Not
-/// modelled: contacts other than the end effector's, collisions of links and base, and load transfer between
-/// wheels.
+/// modelled: contacts other than the end effector's, collisions of links and base, and the load that the
+/// arm's motion moves between the wheels.
 class MobileManipulator final : public hal::Plant {
  public:
   /// @throws std::invalid_argument naming the invalid parameter.

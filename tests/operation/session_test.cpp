@@ -536,6 +536,9 @@ TEST_F(Session, TheDemoFileIsTheDefaultConfiguration) {
   EXPECT_EQ(config.robot.simulation.loaded_friction_scale, defaults.robot.simulation.loaded_friction_scale);
   EXPECT_EQ(config.robot.simulation.roller_grip, defaults.robot.simulation.roller_grip);
   EXPECT_EQ(config.robot.simulation.roller_resistance, defaults.robot.simulation.roller_resistance);
+  EXPECT_EQ(config.robot.simulation.centre_of_mass_height_m,
+            defaults.robot.simulation.centre_of_mass_height_m);
+  EXPECT_EQ(config.robot.simulation.floor.slope_W, defaults.robot.simulation.floor.slope_W);
   EXPECT_EQ(config.robot.simulation.step, defaults.robot.simulation.step);
   EXPECT_EQ(config.robot.simulation.noise_seed, defaults.robot.simulation.noise_seed);
   EXPECT_TRUE(defaults.path.displacements_B.empty());

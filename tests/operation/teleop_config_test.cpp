@@ -578,5 +578,19 @@ TEST_F(TeleopConfig, ASceneHasUpTo64WallsAndTables) {
                                             "lab.toml:66: 'scene.table' has 65 elements, allowed are 64"}));
 }
 
+TEST_F(TeleopConfig, TheSimulatedFloorHasASlopeAndUpTo16Patches) {
+  const auto patches = [](int count, const std::string& content) {
+    std::string text = "[simulation]\nslope = [0.02, -0.01]\n";
+    for (int i = 0; i < count; ++i) text += "[[simulation.patch]]\n" + content;
+    return text;
+  };
+  const std::string good = "from_m = [0, 0]\nto_m = [1, 2]\ngrip = 0.5\nresistance = 2\n";
+  EXPECT_EQ(problems(patches(16, good)), Problems{});
+  EXPECT_EQ(problems(patches(17, good)),
+            Problems{"lab.toml:3: 'simulation.patch' has 17 elements, allowed are 16"});
+  EXPECT_EQ(problems(patches(1, "from_m = [0, 0]\nto_m = [1, 0]\n")),
+            Problems{"lab.toml:5: 'simulation.patch[0].to_m' is not above 'from_m' in x and y"});
+}
+
 }  // namespace teleop_config_test
 }  // namespace operation

@@ -15,6 +15,7 @@
 #include "control/base_odometry.h"
 #include "control/odometry_covariance.h"
 #include "model/friction/wheel_curve.h"
+#include "model/gravity.h"
 #include "tests/support/no_alloc_guard.h"
 
 namespace base_test {
@@ -270,6 +271,66 @@ TEST(Base, TheOdometryOfASlippingWheelIsWithinItsCovariance) {
   ASSERT_GT(error.head<2>().norm(), 0.05) << "it slips";
   EXPECT_GT(covariance.slipped_m(), 0.1);
   EXPECT_LT(error.dot(covariance.pose_W().inverse() * error), 7.8) << "95 % of three freedoms";
+}
+
+TEST(Base, WhatAcceleratesItMovesLoadBetweenItsWheels) {
+  BaseParameters parameters = frictionless();
+  parameters.centre_of_mass_height_m = 0.2;
+  const double equal_N = parameters.mass_kg * model::kGravity_m_per_s2 / 4;
+  const auto loads = [&](const WheelVector& torque_Nm) {
+    Base base(parameters);
+    run(base, torque_Nm, 300);
+    const PlanarVector before = base.twist();
+    run(base, torque_Nm, 100);
+    const PlanarVector force_N = parameters.mass_kg * (base.twist() - before) / 0.1;
+    const WheelVector load_N{base.wheel_load_N(0), base.wheel_load_N(1), base.wheel_load_N(2),
+                             base.wheel_load_N(3)};
+    return std::pair(load_N, force_N);
+  };
+  // Moments about the centre of mass: F·h = 2·ΔN·wheelbase, or track.
+  const auto [ahead_N, ahead] = loads(0.4 * kForward);
+  ASSERT_GT(ahead[0], 10);
+  const double to_rear_N = ahead[0] * 0.2 / (2 * 0.47);
+  EXPECT_LT((ahead_N -
+             WheelVector(equal_N - to_rear_N, equal_N - to_rear_N, equal_N + to_rear_N, equal_N + to_rear_N))
+                .norm(),
+            0.02 * to_rear_N)
+      << ahead_N.transpose();
+  const auto [left_N, left] = loads(0.4 * kLeft);
+  ASSERT_GT(left[1], 10);
+  const double to_right_N = left[1] * 0.2 / (2 * 0.30);
+  EXPECT_LT((left_N - WheelVector(equal_N - to_right_N, equal_N + to_right_N, equal_N - to_right_N,
+                                  equal_N + to_right_N))
+                .norm(),
+            0.02 * to_right_N)
+      << left_N.transpose();
+}
+
+TEST(Base, APatchOfFloorHasItsOwnGripAndResistance) {
+  BaseParameters plain = noiseless();
+  BaseParameters patched = plain;
+  plain.roller_grip *= 0.1;
+  plain.roller_resistance *= 3;
+  patched.floor.patches = {{.from_m = {-1, -1}, .to_m = {1, 1}, .grip = 7},
+                           {.from_m = {-9, -9}, .to_m = {9, 9}, .grip = 0.1, .resistance = 3}};
+  Base a(plain), b(patched);
+  run(a, 0.6 * kForward + 0.1 * kYaw, 1000);
+  run(b, 0.6 * kForward + 0.1 * kYaw, 1000);
+  ASSERT_GT(a.pose().x_m, 0.05);
+  EXPECT_NEAR(b.pose().x_m, a.pose().x_m, 1e-9) << "the last patch counts";
+  EXPECT_NEAR(b.pose().yaw_rad, a.pose().yaw_rad, 1e-9);
+
+  // A carpet begins 0.3 m ahead of the centre, where the front wheels come to it after 6.5 cm.
+  BaseParameters with_carpet = noiseless();
+  with_carpet.floor.patches = {{.from_m = {0.3, -9}, .to_m = {9, 9}, .resistance = 30}};
+  Base on_carpet(with_carpet), on_floor(noiseless());
+  double parted_at_m = 0;
+  for (int ms = 0; ms < 3000 && parted_at_m == 0; ++ms) {
+    run(on_carpet, 0.3 * kForward, 1);
+    run(on_floor, 0.3 * kForward, 1);
+    if (std::abs(on_carpet.twist()[0] - on_floor.twist()[0]) > 1e-4) parted_at_m = on_floor.pose().x_m;
+  }
+  EXPECT_NEAR(parted_at_m, 0.3 - 0.47 / 2, 0.005);
 }
 
 TEST(Base, SticksUnderAPushBelowBreakAwayAndMovesUnderOneAbove) {

@@ -7,10 +7,12 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 
 #include "model/friction/wheel_curve.h"
+#include "model/gravity.h"
 
 namespace mecanum_wheels_test {
 
@@ -49,7 +51,7 @@ PlanarVector wrench(MecanumWheels& wheels, const Eigen::Vector4d& torque_Nm, con
     wheels.control(commands, true, 1e-3);
     for (int k = 0; k < kStepsPerPeriod; ++k) {
       wrench_B.setZero();
-      wheels.step(twist_B, kStep_s, wrench_B);
+      wheels.step({}, twist_B, kStep_s, wrench_B);
     }
     wheels.sense(1e-3);
   }
@@ -73,8 +75,8 @@ TEST(MecanumWheels, AddTheirWrenchToWhatElsePushes) {
   MecanumWheels a(noiseless(), kMass_kg), b(noiseless(), kMass_kg);
   const PlanarVector twist_B(0.1, 0.05, 0.2), push_B(3, -4, 5);
   PlanarVector alone_B = PlanarVector::Zero(), together_B = push_B;
-  a.step(twist_B, kStep_s, alone_B);
-  b.step(twist_B, kStep_s, together_B);
+  a.step({}, twist_B, kStep_s, alone_B);
+  b.step({}, twist_B, kStep_s, together_B);
   ASSERT_GT(alone_B.norm(), 1);
   EXPECT_LT((together_B - alone_B - push_B).norm(), 1e-12);
 }
@@ -91,6 +93,19 @@ TEST(MecanumWheels, BrakeABodyThatRollsOnThemByTheirFriction) {
                   std::abs(model::friction::wheel_curve_Nm(i + 1, (i % 2 ? 1 : -1) * 0.3 / kRadius_m)) /
                   kRadius_m;
   EXPECT_NEAR(braking_B[0], -friction_N, 0.01 * friction_N);
+}
+
+TEST(MecanumWheels, OnASlopeTheWeightPullsDown) {
+  MecanumWheelParameters parameters = frictionless();
+  parameters.floor.slope_W = {0.05, 0};
+  const double pull_N = 0.05 * kMass_kg * model::kGravity_m_per_s2;
+  PlanarVector ahead_B = PlanarVector::Zero(), left_B = PlanarVector::Zero();
+  MecanumWheels(parameters, kMass_kg).step({}, PlanarVector::Zero(), kStep_s, ahead_B);
+  EXPECT_LT((ahead_B - PlanarVector(-pull_N, 0, 0)).norm(), 1e-9) << ahead_B.transpose();
+  // Turned to the left by a quarter, uphill is to its right.
+  MecanumWheels(parameters, kMass_kg)
+      .step({0, 0, std::numbers::pi / 2}, PlanarVector::Zero(), kStep_s, left_B);
+  EXPECT_LT((left_B - PlanarVector(0, pull_N, 0)).norm(), 1e-9) << left_B.transpose();
 }
 
 TEST(MecanumWheels, GripNoHarderThanTheirLoadAllows) {
