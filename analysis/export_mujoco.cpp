@@ -7,68 +7,23 @@
 #include <numbers>
 #include <string_view>
 
+#include "analysis/mjcf.h"
 #include "model/effects/effect_chain.h"
-#include "runtime/program/printable.h"
 
 namespace analysis {
 namespace {
 
+using mjcf::number;
 using model::effects::AnyEffect;
 using model::effects::DriveModel;
 using model::effects::Mechanics;
 
 /// MuJoCo refuses a body without mass. Its inertia is this share of the drive's: nothing.
 constexpr double kBodyShare = 1e-6;
-/// dcmotor refuses a motor constant of zero, which would make it passive. Its shorted winding brakes with the
-/// square of this: nothing.
-constexpr std::string_view kPassive = R"(input="none" motorconst="1e-9" resistance="1")";
-/// Friction constraint at its stiffest: Coulomb's law to a thousandth, and no creep at rest.
-constexpr double kFrictionSteps = 2;  // time constant of the constraint, in time steps: MuJoCo's minimum
-/// A bristle without a stiffness of its own is as stiff as the step allows, as in our simulation.
-constexpr double kContactAngle_rad = 0.3;  // per step
-/// A stiffer one would ring.
-constexpr double kStiffestAngle_rad = 0.5;
-/// dcmotor divides by the level.
-constexpr double kLeastLevel = 1e-6;
 /// Impacts at this speed lose as much with a linear damper as with Hunt and Crossley's, α·v.
 constexpr double kImpact_rad_per_s = 0.4;
 /// The largest damping of a flank that is stable, in its units: 2·ζ·ω·step.
 constexpr double kStableDamping = 1;
-/// The damping of a bristle acts on the change of its deflection, which grows without bound while its level
-/// falls by orders of magnitude. Such a bristle gets none.
-constexpr double kDampedLevels = 0.2;
-
-std::string number(double value) { return fmt::format("{:.9g}", value); }
-
-std::string escaped(std::string_view text) {
-  std::string result;
-  for (const char c : runtime::printable(text)) {
-    if (c == '\n' || c == '\t') continue;
-    switch (c) {
-      case '&': result += "&amp;"; break;
-      case '<': result += "&lt;"; break;
-      case '>': result += "&gt;"; break;
-      case '"': result += "&quot;"; break;
-      default: result += c;
-    }
-  }
-  return result;
-}
-
-/// XML comments may not contain two hyphens, and XML no control characters and nothing but UTF-8.
-std::string comment(std::string_view line) {
-  std::string text = runtime::printable(line);
-  for (std::size_t at = 0; (at = text.find("--", at)) != std::string::npos;) text.insert(at + 1, " ");
-  if (text.ends_with('-')) text += ' ';
-  return "<!-- " + text + " -->\n";
-}
-
-std::string comments(std::span<const std::string> lines, std::string_view indent) {
-  std::string text;
-  for (const std::string& line : lines) (text += indent) += comment(line);
-  return text;
-}
-
 /// A joint and its share of the drive.
 struct Hinge {
   std::string name;
@@ -78,77 +33,26 @@ struct Hinge {
 
 std::string body(const Hinge& hinge, const SlidingFit& sliding, double frictionloss_Nm, double timestep_s) {
   const double share = hinge.friction_share;
-  std::string text = fmt::format(
-      "    <body name=\"{0}\">\n"
-      "      <inertial pos=\"0 0 0\" mass=\"0.001\" diaginertia=\"{1} {1} {1}\"/>\n"
-      "      <joint name=\"{0}\" type=\"hinge\" axis=\"0 0 1\" armature=\"{2}\" damping=\"{3}{4}\"",
-      hinge.name, number(kBodyShare * hinge.inertia_kg_m2), number((1 - kBodyShare) * hinge.inertia_kg_m2),
-      number(share * sliding.viscous_Nm_s_per_rad),
-      sliding.quadratic_Nm_s2_per_rad2 == 0 ? "" : " " + number(share * sliding.quadratic_Nm_s2_per_rad2));
-  if (frictionloss_Nm > 0)
-    text += fmt::format(
-        "\n             frictionloss=\"{}\" solreffriction=\"{} 1\" solimpfriction=\"0.9999 0.9999 0.001\"",
-        number(share * frictionloss_Nm), number(kFrictionSteps * timestep_s));
-  return text + "/>\n    </body>\n";
-}
-
-std::string head(std::string_view name, double timestep_s, std::span<const std::string> remarks) {
   return fmt::format(
-      "<mujoco model=\"{}\">\n{}  <option timestep=\"{}\" integrator=\"Euler\" gravity=\"0 0 0\"/>\n",
-      escaped(name.empty() ? "drive" : name), comments(remarks, "  "), number(timestep_s));
+             "    <body name=\"{0}\">\n"
+             "      <inertial pos=\"0 0 0\" mass=\"0.001\" diaginertia=\"{1} {1} {1}\"/>\n"
+             "      <joint name=\"{0}\" type=\"hinge\" axis=\"0 0 1\" armature=\"{2}\"",
+             hinge.name, number(kBodyShare * hinge.inertia_kg_m2),
+             number((1 - kBodyShare) * hinge.inertia_kg_m2)) +
+         mjcf::damping(share, sliding) + mjcf::friction_loss(share * frictionloss_Nm, timestep_s) +
+         "/>\n    </body>\n";
 }
-
-/// A·sin(periods·θ + phase) in the direction of motion. `cogging` has whole numbers of poles; a gear, which
-/// multiplies the angle and the torque, allows every number.
-std::string ripple(std::string_view joint, double amplitude_Nm, double periods_per_rev, double phase_rad) {
-  return fmt::format("    <dcmotor joint=\"{}\" {} gear=\"{}\" cogging=\"{} 1 {}\"/>\n", joint, kPassive,
-                     number(periods_per_rev), number(amplitude_Nm / periods_per_rev), number(phase_rad));
-}
-
-std::string constant(std::string_view joint, double torque_Nm) {
-  return fmt::format("    <general joint=\"{}\" biastype=\"affine\" gainprm=\"0\" biasprm=\"{} 0 0\"/>\n",
-                     joint, number(torque_Nm));
-}
-
-struct Contact {
-  double stiffness_Nm_per_rad;
-  double damping_Nm_s_per_rad;
-};
 
 /// Of the whole friction. `lightest_kg_m2`: the least inertia for its share of friction.
-Contact contact(const Mechanics& mechanics, double lightest_kg_m2, double timestep_s) {
-  const auto at_angle = [&](double angle_rad) {
-    return lightest_kg_m2 * std::pow(angle_rad / timestep_s, 2);
-  };
+mjcf::Contact contact(const Mechanics& mechanics, double lightest_kg_m2, double timestep_s) {
   if (mechanics.stiffness_Nm_per_rad > 0)
-    return {std::min(mechanics.stiffness_Nm_per_rad, at_angle(kStiffestAngle_rad)),
+    return {std::min(mechanics.stiffness_Nm_per_rad, mjcf::stiffest_Nm_per_rad(lightest_kg_m2, timestep_s)),
             mechanics.damping_Nm_s_per_rad};
-  return {at_angle(kContactAngle_rad), 0};
-}
-
-std::string bristles(const Hinge& hinge, const std::vector<Bristle>& all, const Contact& contact) {
-  double rest_Nm = 0;
-  for (const Bristle& one : all) rest_Nm += std::max(one.rest_Nm, one.sliding_Nm);
-  std::string text;
-  if (!(rest_Nm > 0)) return text;  // a contact without friction
-  for (const Bristle& one : all) {
-    const double largest = std::max(one.rest_Nm, one.sliding_Nm);
-    const double share = hinge.friction_share * largest / rest_Nm;
-    const auto level = [&](double Nm) {
-      return number(hinge.friction_share * std::max(Nm, kLeastLevel * largest));
-    };
-    const double damping = std::min(one.rest_Nm, one.sliding_Nm) >= kDampedLevels * largest
-                               ? share * contact.damping_Nm_s_per_rad
-                               : 0;
-    text += fmt::format("    <dcmotor joint=\"{}\" {} lugre=\"{} {} {} {} {}\"/>\n", hinge.name, kPassive,
-                        number(share * contact.stiffness_Nm_per_rad), number(damping), level(one.sliding_Nm),
-                        level(one.rest_Nm), number(one.velocity_rad_per_s));
-  }
-  return text;
+  return mjcf::step_contact(lightest_kg_m2, timestep_s);
 }
 
 std::string tendon(const Mechanics& mechanics, double timestep_s) {
-  std::string text = "  <tendon>\n    <fixed name=\"shaft\"";
+  std::string text;
   if (mechanics.shaft_Nm_per_rad > 0)
     text += fmt::format(R"( stiffness="{}" damping="{}" springlength="{} {}")",
                         number(mechanics.shaft_Nm_per_rad), number(mechanics.shaft_Nm_s_per_rad),
@@ -165,9 +69,7 @@ std::string tendon(const Mechanics& mechanics, double timestep_s) {
                     number(-mechanics.backlash_rad / 2), number(mechanics.backlash_rad / 2),
                     number(rad_per_s * rad_per_s), number(damping_per_s));
   }
-  return text +
-         ">\n      <joint joint=\"drive\" coef=\"1\"/>\n      <joint joint=\"drive_load\" coef=\"-1\"/>\n"
-         "    </fixed>\n  </tendon>\n";
+  return "  <tendon>\n" + mjcf::shaft("shaft", "drive", "drive_load", text) + "  </tendon>\n";
 }
 
 std::string position_torques(const DriveModel& model, const Hinge& motor, const Hinge& load) {
@@ -175,12 +77,12 @@ std::string position_torques(const DriveModel& model, const Hinge& motor, const 
   for (const AnyEffect& effect : model.effects) {
     if (const auto* cogging = std::get_if<model::effects::Cogging>(&effect)) {
       const auto& p = cogging->parameters();
-      text += ripple(motor.name, -p.amplitude_Nm, p.periods_per_rev, p.phase_rad);
+      text += mjcf::ripple(motor.name, -p.amplitude_Nm, p.periods_per_rev, p.phase_rad);
     } else if (const auto* imbalance = std::get_if<model::effects::Imbalance>(&effect)) {
       const auto& p = imbalance->parameters();
-      text += ripple(load.name, -p.torque_Nm, 1, -p.rest_position_rad);
+      text += mjcf::ripple(load.name, -p.torque_Nm, 1, -p.rest_position_rad);
     } else if (const auto* offset = std::get_if<model::effects::TorqueOffset>(&effect)) {
-      text += constant(load.name, -offset->parameters().torque_Nm);
+      text += mjcf::constant(load.name, -offset->parameters().torque_Nm);
     }
   }
   return text;
@@ -194,6 +96,10 @@ std::string motor(const DriveModel& model, double timestep_s) {
   if (delay_s == 0) return "    <motor name=\"drive\" joint=\"drive\"/>\n";
   return fmt::format("    <motor name=\"drive\" joint=\"drive\" delay=\"{}\" nsample=\"{}\"/>\n",
                      number(delay_s), static_cast<long>(std::ceil(delay_s / timestep_s)) + 1);
+}
+
+std::string_view name_of(const DriveModel& model) {
+  return model.name.empty() ? std::string_view("drive") : std::string_view(model.name);
 }
 
 Mechanics mechanics_of(const DriveModel& model) {
@@ -229,19 +135,20 @@ std::string mujoco_text(const DriveModel& model, const SlidingFit& sliding, cons
     }
     frictionloss_Nm = 0;
   }
-  const Contact how = contact(mechanics, lightest, options.timestep_s);
+  const mjcf::Contact how = contact(mechanics, lightest, options.timestep_s);
 
-  std::string text = head(model.name, options.timestep_s, options.remarks);
+  std::string text = mjcf::head(name_of(model), options.timestep_s, options.remarks);
   text += "  <worldbody>\n" + body(driven, sliding, frictionloss_Nm, options.timestep_s);
   if (two_masses) text += body(behind, sliding, frictionloss_Nm, options.timestep_s);
   text += "  </worldbody>\n";
   if (two_masses) text += tendon(mechanics, options.timestep_s);
-  text += "  <actuator>\n" + motor(model, options.timestep_s) + bristles(driven, carrying, how);
-  if (two_masses) text += bristles(behind, carrying, how);
+  text += "  <actuator>\n" + motor(model, options.timestep_s) +
+          mjcf::bristles(driven.name, driven.friction_share, carrying, how);
+  if (two_masses) text += mjcf::bristles(behind.name, behind.friction_share, carrying, how);
   text += position_torques(model, driven, load);
   if (sliding.offset_Nm != 0) {
-    text += constant(driven.name, -driven.friction_share * sliding.offset_Nm);
-    if (two_masses) text += constant(behind.name, -behind.friction_share * sliding.offset_Nm);
+    text += mjcf::constant(driven.name, -driven.friction_share * sliding.offset_Nm);
+    if (two_masses) text += mjcf::constant(behind.name, -behind.friction_share * sliding.offset_Nm);
   }
   return text + "  </actuator>\n</mujoco>\n";
 }
@@ -249,7 +156,7 @@ std::string mujoco_text(const DriveModel& model, const SlidingFit& sliding, cons
 std::string plain_mujoco_text(const DriveModel& model, const SlidingFit& sliding,
                               const MujocoOptions& options) {
   const Hinge drive{"drive", mechanics_of(model).inertia_kg_m2, 1};
-  return head(model.name, options.timestep_s, options.remarks) + "  <worldbody>\n" +
+  return mjcf::head(name_of(model), options.timestep_s, options.remarks) + "  <worldbody>\n" +
          body(drive, sliding, sliding.coulomb_Nm, options.timestep_s) +
          "  </worldbody>\n  <actuator>\n    <motor name=\"drive\" joint=\"drive\"/>\n  "
          "</actuator>\n</mujoco>\n";
@@ -274,7 +181,7 @@ std::string urdf_text(const DriveModel& model, const SlidingFit& sliding,
       "    <dynamics damping=\"{}\" friction=\"{}\"/>\n"
       "  </joint>\n"
       "</robot>\n",
-      escaped(model.name.empty() ? "drive" : model.name), comments(remarks, "  "), inertia, inertia, inertia,
+      mjcf::escaped(name_of(model)), mjcf::comments(remarks, "  "), inertia, inertia, inertia,
       number(sliding.viscous_Nm_s_per_rad), number(sliding.coulomb_Nm));
 }
 
