@@ -10,12 +10,13 @@
 #include <vector>
 
 #include "analysis/export_account.h"
+#include "analysis/export_files.h"
 #include "analysis/export_mujoco.h"
 #include "analysis/export_residual.h"
+#include "analysis/export_robot.h"
 #include "identification/gap/measured_gap.h"
-#include "runtime/configuration/whole_file.h"
+#include "runtime/configuration/robot_file.h"
 #include "runtime/log.h"
-#include "runtime/program/build_info.h"
 #include "runtime/program/progress_line.h"
 #include "runtime/recording/made_paths.h"
 #include "runtime/recording/output_directory.h"
@@ -40,28 +41,14 @@ std::vector<double> speeds_of(const MeasuredGap* data, double top_rad_per_s) {
   return speeds;
 }
 
-/// One file of an export.
-struct Written {
-  std::string name;
-  std::string text;
-  std::vector<std::string> account;
-};
-
-std::vector<std::string> remarks(const ExportOptions& options, const std::vector<std::string>& account) {
-  std::vector<std::string> lines{fmt::format("written by youbot-gap {} from {}", runtime::build_version(),
-                                             options.inputs.model.string())};
-  lines.insert(lines.end(), account.begin(), account.end());
-  return lines;
-}
-
-std::vector<Written> texts_of(const DriveModel& model, const MeasuredGap* data,
-                              const ExportOptions& options) {
+std::vector<ExportedFile> texts_of(const DriveModel& model, const MeasuredGap* data,
+                                   const ExportOptions& options) {
   const std::vector<double> speeds = speeds_of(data, options.top_speed_rad_per_s);
   const auto make = [&](const char* name, const Target& target, SlidingTerms terms, const auto& text) {
     const DriveModel carried = carried_by(model, target);
     const SlidingFit sliding = fit_sliding(carried, speeds, terms);
-    Written written{.name = name, .text = {}, .account = account_of(model, target, sliding, data)};
-    written.text = text(carried, sliding, remarks(options, written.account));
+    ExportedFile written{.name = name, .text = {}, .account = account_of(model, target, sliding, data)};
+    written.text = text(carried, sliding, export_remarks(options, written.account));
     return written;
   };
   if (options.format == ExportFormat::kUrdf)
@@ -91,6 +78,10 @@ std::vector<std::string> file_names(ExportFormat format) {
 void export_model(const ExportOptions& options) {
   if (options.format == ExportFormat::kResidual && options.inputs.data.empty())
     throw std::invalid_argument("export residual needs recordings: name them with --data");
+  if (runtime::is_robot_file(options.inputs.model)) {
+    export_robot(options);
+    return;
+  }
   runtime::ProgressLine progress("youbot-gap", options.quiet);
   Inputs inputs =
       read_inputs(options.inputs, [&](std::string_view what, double done) { progress.show(what, done); });
@@ -108,17 +99,12 @@ void export_model(const ExportOptions& options) {
     runtime::require_empty(options.out);
     const std::vector<std::string> names = write_residuals(inputs.model, *data, options.out);
     made.keep();
-    if (options.quiet) return;
-    std::printf("gap on the recordings: %.4g N·m\n", data->gap_Nm(inputs.model));
-    for (const std::string& name : names) std::printf("written: %s\n", (options.out / name).c_str());
+    print_residuals(options, names, data->gap_Nm(inputs.model));
     return;
   }
-  for (const Written& written : texts_of(inputs.model, data ? &*data : nullptr, options)) {
-    runtime::write_whole_file(options.out / written.name, written.text);
+  for (const ExportedFile& written : texts_of(inputs.model, data ? &*data : nullptr, options)) {
+    write_exported(options, written);
     made.keep();
-    if (options.quiet) continue;
-    std::printf("written: %s\n", (options.out / written.name).c_str());
-    for (const std::string& line : written.account) std::printf("  %s\n", line.c_str());
   }
 }
 

@@ -1,5 +1,6 @@
 /// @file
-/// `youbot-gap export`: a drive model for programs of others, with an account of what they cannot hold.
+/// `youbot-gap export`: a drive model or a robot for programs of others, with an account of what they cannot
+/// hold.
 #pragma once
 #include <cstdint>
 #include <filesystem>
@@ -10,14 +11,15 @@
 namespace analysis {
 
 enum class ExportFormat : std::uint8_t {
-  kMujoco,    ///< drive.xml, and drive_plain.xml with armature, damping and frictionloss only
-  kUrdf,      ///< drive.urdf
+  kMujoco,    ///< drive.xml or robot.xml, and the same _plain.xml with what most engines have
+  kUrdf,      ///< drive.urdf or robot.urdf
   kResidual,  ///< for each recording, the torque that the model does not predict
 };
 
 struct ExportOptions {
   ExportFormat format = ExportFormat::kMujoco;
-  InputPaths inputs{};  ///< model; recordings in `data` to measure the costs on, which may be empty
+  InputPaths inputs{};  ///< model, of a drive or a robot; recordings in `data` to measure the costs on, which
+                        ///< may be empty
   std::filesystem::path out{};
   double timestep_s = 5e-4;  ///< of MuJoCo
   /// Without recordings, approximations are best up to here.

@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <variant>
 
 #include "model/effects/effect_chain.h"
@@ -25,6 +24,23 @@ DriveModel without(DriveModel model, std::size_t effect) {
 constexpr double kExact = 1e-6;
 
 }  // namespace
+
+std::string account_line(const Carriage& carriage, const std::optional<Cost>& cost) {
+  std::string line = carriage.effect + ": ";
+  if (!carriage.as.empty())
+    return line + carriage.as + (carriage.lost.empty() ? "" : "; lost: " + carriage.lost);
+  line += "not carried";
+  if (cost)
+    line += fmt::format("; without it the gap on the recordings is {:.4g} N·m instead of {:.4g}",
+                        cost->without_Nm, cost->whole_Nm);
+  return line;
+}
+
+std::string account_end(std::string_view target, const std::optional<Cost>& cost) {
+  if (!cost) return "what the losses cost was not measured: no recordings were given";
+  return fmt::format("gap on the recordings: {:.4g} N·m with the model, {:.4g} with what {} holds of it",
+                     cost->whole_Nm, cost->without_Nm, target);
+}
 
 double gap_with_sliding_Nm(const MeasuredGap& data, const DriveModel& carried, const SlidingFit& sliding) {
   DriveModel without_memory = carried;  // of a friction law, the fit has the steady curve
@@ -52,21 +68,13 @@ double gap_with_sliding_Nm(const MeasuredGap& data, const DriveModel& carried, c
 std::vector<std::string> account_of(const DriveModel& model, const Target& target, const SlidingFit& sliding,
                                     const MeasuredGap* data) {
   std::vector<std::string> lines;
-  const double whole_Nm = data != nullptr ? data->gap_Nm(model) : std::numeric_limits<double>::quiet_NaN();
+  const double whole_Nm = data != nullptr ? data->gap_Nm(model) : 0;
   const std::vector<Carriage> carriages = carriages_of(model, target);
   for (std::size_t i = 0; i < carriages.size(); ++i) {
-    const Carriage& one = carriages[i];
-    std::string line = one.effect + ": ";
-    if (one.as.empty()) {
-      line += "not carried";
-      if (data != nullptr)
-        line += fmt::format("; without it the gap on the recordings is {:.4g} N·m instead of {:.4g}",
-                            data->gap_Nm(without(model, i)), whole_Nm);
-    } else {
-      line += one.as;
-      if (!one.lost.empty()) line += "; lost: " + one.lost;
-    }
-    lines.push_back(line);
+    std::optional<Cost> cost;
+    if (data != nullptr && carriages[i].as.empty())
+      cost = {.without_Nm = data->gap_Nm(without(model, i)), .whole_Nm = whole_Nm};
+    lines.push_back(account_line(carriages[i], cost));
   }
   if (model.servo) lines.emplace_back("servo: not carried; the file takes a torque, not a set-point");
   const double level_Nm = sliding.level_Nm(0) + std::abs(sliding.offset_Nm);
@@ -74,12 +82,11 @@ std::vector<std::string> account_of(const DriveModel& model, const Target& targe
     lines.push_back(
         fmt::format("sliding friction: {:.3g} N·m rms off the model's; worst {:.3g} N·m at {:.3g} rad/s",
                     sliding.rms_error_Nm, sliding.worst_error_Nm, sliding.worst_at_rad_per_s));
+  std::optional<Cost> cost;
   if (data != nullptr)
-    lines.push_back(
-        fmt::format("gap on the recordings: {:.4g} N·m with the model, {:.4g} with what {} holds of it",
-                    whole_Nm, gap_with_sliding_Nm(*data, carried_by(model, target), sliding), target.name));
-  else
-    lines.emplace_back("what the losses cost was not measured: no recordings were given");
+    cost = {.without_Nm = gap_with_sliding_Nm(*data, carried_by(model, target), sliding),
+            .whole_Nm = whole_Nm};
+  lines.push_back(account_end(target.name, cost));
   return lines;
 }
 

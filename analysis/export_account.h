@@ -1,7 +1,9 @@
 /// @file
 /// What an export loses, and what that costs on recordings.
 #pragma once
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "analysis/export_parts.h"
@@ -9,6 +11,16 @@
 #include "identification/gap/measured_gap.h"
 
 namespace analysis {
+
+/// Of an effect that is not carried: what is not predicted without it, and with the whole model [N·m].
+struct Cost {
+  double without_Nm = 0;
+  double whole_Nm = 0;
+};
+/// "coulomb: joint frictionloss", or what is lost and what that costs. `cost`: empty without recordings.
+std::string account_line(const Carriage& carriage, const std::optional<Cost>& cost);
+/// The last line: what is left, with the model and with what the target holds; empty without recordings.
+std::string account_end(std::string_view target, const std::optional<Cost>& cost);
 
 /// The gap of `model` with its sliding friction replaced by `sliding` [N·m].
 double gap_with_sliding_Nm(const identification::gap::MeasuredGap& data,

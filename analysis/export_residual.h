@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "control/arm_description.h"
 #include "identification/gap/measured_gap.h"
+#include "identification/robot_gap/measured_arm.h"
 
 namespace analysis {
 
@@ -15,6 +17,12 @@ namespace analysis {
 /// @throws hal::SetupError if a file cannot be written.
 std::vector<std::string> write_residuals(const model::effects::DriveModel& model,
                                          const identification::gap::MeasuredGap& data,
+                                         const std::filesystem::path& directory);
+
+/// The same of all joints of an arm: joint_1_position_rad and so on, in the rows of the comparison. The lag
+/// of the torques is in the prediction.
+std::vector<std::string> write_residuals(const std::string& robot, const control::ArmDescription& arm,
+                                         const identification::robot_gap::MeasuredArm& data,
                                          const std::filesystem::path& directory);
 
 }  // namespace analysis

@@ -40,7 +40,7 @@ std::string number(double value) { return fmt::format("{:.9g}", value); }
 
 std::string numbers(const Eigen::VectorXd& values) {
   std::string text;
-  for (const double value : values) text += (text.empty() ? "" : " ") + number(value);
+  for (const double value : values) text += (text.empty() ? "" : " ") + number(value + 0.0);  // no "-0"
   return text;
 }
 

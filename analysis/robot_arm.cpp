@@ -57,11 +57,18 @@ Eigen::MatrixXd gathered(const identification::Recording& recording, std::size_t
   return result;
 }
 
-struct ArmRecordings {
-  std::vector<ArmRecording> data;
-  std::vector<ArmRecording> held_out;
-  std::vector<std::string> warnings;
-};
+std::string arm_model_text(const runtime::RobotFile& base, const ArmSubject& subject,
+                           const RobotFindings& findings, const fs::path& out) {
+  runtime::RobotFile robot = base;
+  robot.arm = subject.changed(findings.result.changes);
+  std::error_code error;
+  fs::path urdf = fs::proximate(base.urdf, out, error);
+  if (error) urdf = fs::absolute(base.urdf);
+  return runtime::robot_file_text(robot, urdf, base.arm, robot_header(findings), robot_remarks(findings));
+}
+
+}  // namespace
+
 ArmRecordings read_arm_recordings(const runtime::RobotFile& robot, const RobotGapOptions& options) {
   ArmRecordings result;
   const std::size_t joints = robot.arm.drives.size();
@@ -77,18 +84,6 @@ ArmRecordings read_arm_recordings(const runtime::RobotFile& robot, const RobotGa
       });
   return result;
 }
-
-std::string arm_model_text(const runtime::RobotFile& base, const ArmSubject& subject,
-                           const RobotFindings& findings, const fs::path& out) {
-  runtime::RobotFile robot = base;
-  robot.arm = subject.changed(findings.result.changes);
-  std::error_code error;
-  fs::path urdf = fs::proximate(base.urdf, out, error);
-  if (error) urdf = fs::absolute(base.urdf);
-  return runtime::robot_file_text(robot, urdf, base.arm, robot_header(findings), robot_remarks(findings));
-}
-
-}  // namespace
 
 OpenedRobot open_arm(const RobotGapOptions& options) {
   runtime::RobotFile base = runtime::read_robot_file(options.model);

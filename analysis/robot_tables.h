@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "analysis/robot.h"
+#include "identification/robot_gap/arm_motion.h"
+#include "runtime/configuration/robot_file.h"
 #include "runtime/recording/column_map.h"
 #include "runtime/recording/recording_reader.h"
 
@@ -25,5 +27,13 @@ struct RobotTable {
 std::vector<std::string> read_robot_tables(const RobotGapOptions& options, const runtime::ColumnMap& map,
                                            const std::string& time_column,
                                            const std::function<void(const RobotTable& table)>& take);
+
+struct ArmRecordings {
+  std::vector<identification::robot_gap::ArmRecording> data;
+  std::vector<identification::robot_gap::ArmRecording> held_out;
+  std::vector<std::string> warnings;
+};
+/// Of an arm. @throws as read_robot_tables().
+ArmRecordings read_arm_recordings(const runtime::RobotFile& robot, const RobotGapOptions& options);
 
 }  // namespace analysis

@@ -23,18 +23,21 @@ analysis::ExportFormat format_called(const std::string& name) {
 void add_export(CLI::App& app, analysis::ExportOptions& options) {
   CLI::App* const command = app.add_subcommand(
       "export",
-      "write a drive model for other simulators, with a list of what they cannot represent and what that "
-      "costs on recordings");
+      "write a drive model or an arm for other simulators, with a list of what they cannot represent and "
+      "what that costs on recordings");
   command
       ->add_option_function<std::string>(
           "format", [&options](const std::string& name) { options.format = format_called(name); },
-          "mujoco: drive.xml, and drive_plain.xml with damping and friction only; urdf: drive.urdf; "
-          "residual: for each recording the torque that the model does not predict, as CSV")
+          "mujoco: drive.xml or robot.xml, and drive_plain.xml or robot_plain.xml with what most engines "
+          "have; urdf: drive.urdf or robot.urdf; residual: for each recording the torque that the model does "
+          "not predict, as CSV")
       ->required()
       ->check(CLI::IsMember({"mujoco", "urdf", "residual"}));
-  command->add_option("model", options.inputs.model, "the drive model, TOML")->required();
-  command->add_option("--data", options.inputs.data,
-                      "recordings of the drive, or directories of them, to measure what is lost");
+  command->add_option("model", options.inputs.model, "the drive model or the robot file of an arm, TOML")
+      ->required();
+  command->add_option(
+      "--data", options.inputs.data,
+      "recordings of the drive or of all joints, or directories of them, to measure what is lost");
   command->add_option("--joint", options.inputs.joint, "joint of an MCAP file with several");
   command->add_option("--columns", options.inputs.columns, kColumnsHelp);
   command->add_option("--out", options.out, "directory for the files")->required();

@@ -12,6 +12,9 @@
 
 namespace identification::robot_gap {
 
+/// Of recorded torques, which is fitted and no part of a model.
+inline constexpr double kLongestLag_s = 0.02;
+
 /// Rows in which the joint, a channel, moves: at rest, friction is any torque up to its breakaway. The ends
 /// of a recording are left out, where the filters have seen one side only.
 RowPlan plan_rows(std::span<const ArmMotion> motions, std::span<const double> rest_speed_rad_per_s,

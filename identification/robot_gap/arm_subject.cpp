@@ -19,7 +19,6 @@ constexpr double kSearched = 0.75;
 constexpr double kWantedBlocks = 60;
 constexpr double kShortestBlock = 8;
 constexpr int kFewestBlocks = 8;
-constexpr double kLongestLag_s = 0.02;
 constexpr std::size_t kRanges = 6;
 constexpr std::size_t kDirections = 2;
 

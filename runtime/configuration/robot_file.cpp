@@ -353,6 +353,13 @@ class RobotWriter {
 
 }  // namespace
 
+bool is_robot_file(const std::filesystem::path& path) {
+  TomlFile file = TomlFile::parse(path);
+  std::string format;
+  file.root().text("format", format);
+  return format.starts_with(kRobotFormat.substr(0, kRobotFormat.rfind('/') + 1));
+}
+
 RobotFile read_robot_file(const std::filesystem::path& path) { return RobotReader(path).read(); }
 
 std::string robot_file_text(const RobotFile& robot, const std::filesystem::path& urdf,

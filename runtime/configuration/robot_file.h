@@ -30,6 +30,9 @@ struct RobotFile {
   bool links_changed = false;  ///< an inertia is not the URDF's
 };
 
+/// Whether the file's `format` is that of robots, arms or bases. @throws ConfigError if it cannot be read.
+bool is_robot_file(const std::filesystem::path& path);
+
 /// @throws ConfigError with all problems of the file and of the URDF that it names.
 RobotFile read_robot_file(const std::filesystem::path& path);
 

@@ -1,0 +1,165 @@
+#include "analysis/export_robot.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "analysis/export_account.h"
+#include "analysis/export_arm.h"
+#include "analysis/export_arm_parts.h"
+#include "analysis/export_files.h"
+#include "analysis/export_residual.h"
+#include "analysis/robot_tables.h"
+#include "identification/robot_gap/measured_arm.h"
+#include "runtime/configuration/base_file.h"
+#include "runtime/configuration/robot_file.h"
+#include "runtime/log.h"
+#include "runtime/recording/made_paths.h"
+#include "runtime/recording/output_directory.h"
+
+namespace analysis {
+namespace {
+
+using identification::robot_gap::MeasuredArm;
+using runtime::RobotFile;
+
+struct RobotTarget {
+  ArmTarget target;
+  const char* file;
+  const char* name;  // in messages
+};
+std::vector<RobotTarget> targets_of(ExportFormat format) {
+  switch (format) {
+    case ExportFormat::kMujoco:
+      return {{ArmTarget::kMujoco, "robot.xml", "MuJoCo"},
+              {ArmTarget::kPlainMujoco, "robot_plain.xml", "the plain file"}};
+    case ExportFormat::kUrdf: return {{ArmTarget::kUrdf, "robot.urdf", "URDF"}};
+    case ExportFormat::kResidual: break;
+  }
+  return {};
+}
+
+void refuse_options_of_drives(const ExportOptions& options) {
+  const auto refuse = [](const char* option, const char* why) {
+    throw std::invalid_argument(fmt::format("{} is for a drive model; {}", option, why));
+  };
+  if (!options.inputs.joint.empty()) refuse("--joint", "a robot file is about all joints");
+  if (!options.inputs.columns.empty()) refuse("--columns", "a robot file names the columns itself");
+}
+
+std::optional<MeasuredArm> measured(const RobotFile& robot, const ExportOptions& options) {
+  if (options.inputs.data.empty()) return std::nullopt;
+  RobotGapOptions read;
+  read.model = options.inputs.model;
+  read.data = options.inputs.data;
+  const ArmRecordings recordings = read_arm_recordings(robot, read);
+  for (const std::string& warning : recordings.warnings) spdlog::warn("{}", warning);
+  return MeasuredArm(robot.arm, recordings.data, robot.band_Hz);
+}
+
+ArmOperation operation_of(const RobotFile& robot, const std::optional<MeasuredArm>& data,
+                          double top_rad_per_s) {
+  ArmOperation operation;
+  if (data) operation.mean_load_Nm = data->mean_load_Nm(robot.arm);
+  constexpr int kSpeeds = 400;
+  for (std::size_t j = 0; j < robot.arm.drives.size(); ++j) {
+    std::vector<double> speeds;
+    if (data) speeds = data->speeds_rad_per_s(static_cast<Eigen::Index>(j));
+    for (int i = 0; speeds.size() <= kSpeeds && !data; ++i) speeds.push_back(top_rad_per_s * i / kSpeeds);
+    operation.speeds_rad_per_s.push_back(std::move(speeds));
+  }
+  return operation;
+}
+
+std::vector<std::string> account_of(const RobotFile& robot, const RobotTarget& target, const HeldArm& held,
+                                    const std::optional<MeasuredArm>& data) {
+  std::vector<std::string> lines;
+  const double whole_Nm = data ? data->gap_Nm(robot.arm) : 0;
+  for (const Carriage& one : body_carriages(robot.arm, target.target))
+    lines.push_back(account_line(one, std::nullopt));
+  for (const ArmCarriage& one : arm_carriages(robot.arm, target.target)) {
+    std::optional<Cost> cost;
+    if (data && one.carriage.as.empty()) cost = {data->gap_Nm(one.without), whole_Nm};
+    lines.push_back(account_line(one.carriage, cost));
+  }
+  lines.insert(lines.end(), held.changes.begin(), held.changes.end());
+  std::optional<Cost> cost;
+  if (data) cost = {data->gap_Nm(held.arm), whole_Nm};
+  lines.push_back(account_end(target.name, cost));
+  return lines;
+}
+
+/// What a spring between two hinges is other than the gear of the file.
+std::vector<std::string> shaft_lines(const control::ArmDescription& arm, double timestep_s) {
+  std::vector<std::string> lines;
+  const std::vector<double> lightest = lightest_inertias(arm);
+  for (std::size_t j = 0; j < arm.drives.size(); ++j) {
+    const control::ArmDrive& drive = arm.drives[j];
+    if (drive.compliance_rad_per_Nm == 0) continue;
+    const ElasticShaft shaft = elastic_shaft(drive, lightest[j], timestep_s);
+    std::string line = fmt::format("{} elasticity: {:.4g} N·m/rad", drive.joint, shaft.stiffness_Nm_per_rad);
+    constexpr double kSame = 0.999;
+    if (shaft.stiffness_Nm_per_rad * drive.compliance_rad_per_Nm < kSame)
+      line += fmt::format(" in place of {:.4g}, which needs a shorter --timestep",
+                          1 / drive.compliance_rad_per_Nm);
+    line += fmt::format("; damping of our choice: {:.3g} N·m·s/rad", shaft.damping_Nm_s_per_rad);
+    if (drive.rotor_inertia_kg_m2 == 0)
+      line += fmt::format(
+          "; no rotor_inertia_kg_m2 is given: a rotor of {:.3g} kg·m² is added, which the time step needs",
+          shaft.rotor_kg_m2);
+    lines.push_back(std::move(line));
+  }
+  return lines;
+}
+
+ExportedFile file_of(const RobotFile& robot, const RobotTarget& target,
+                     const std::optional<MeasuredArm>& data, const ExportOptions& options) {
+  const HeldArm held =
+      held_by(robot.arm, target.target, operation_of(robot, data, options.top_speed_rad_per_s));
+  ExportedFile file{target.file, {}, account_of(robot, target, held, data)};
+  const ArmNames names{robot.name, robot.base, robot.tip};
+  if (target.target == ArmTarget::kUrdf) {
+    file.text = arm_urdf_text(held.arm, names, export_remarks(options, file.account));
+    return file;
+  }
+  const std::vector<std::string> shafts = shaft_lines(held.arm, options.timestep_s);
+  file.account.insert(file.account.end() - 1, shafts.begin(), shafts.end());
+  file.text = arm_mujoco_text(held.arm, names, options.timestep_s, export_remarks(options, file.account));
+  return file;
+}
+
+}  // namespace
+
+void export_robot(const ExportOptions& options) {
+  refuse_options_of_drives(options);
+  if (runtime::describes_base(options.inputs.model))
+    throw std::invalid_argument(
+        fmt::format("{} describes a base by its kinematics: it has no masses and no friction of floor and "
+                    "wheels, without "
+                    "which no engine can simulate it; an arm can be exported",
+                    options.inputs.model.string()));
+  const RobotFile robot = runtime::read_robot_file(options.inputs.model);
+  const std::optional<MeasuredArm> data = measured(robot, options);
+  std::vector<std::string> names;
+  for (const RobotTarget& target : targets_of(options.format)) names.emplace_back(target.file);
+  runtime::require_no_results(options.out, names);
+  runtime::MadePaths made(runtime::make_output_directory(options.out));
+  if (options.format == ExportFormat::kResidual) {
+    runtime::require_empty(options.out);
+    names = write_residuals(robot.name, robot.arm, *data, options.out);
+    made.keep();
+    print_residuals(options, names, data->gap_Nm(robot.arm));
+    return;
+  }
+  std::vector<ExportedFile> files;
+  for (const RobotTarget& target : targets_of(options.format))
+    files.push_back(file_of(robot, target, data, options));
+  for (const ExportedFile& file : files) {
+    write_exported(options, file);
+    made.keep();
+  }
+}
+
+}  // namespace analysis
