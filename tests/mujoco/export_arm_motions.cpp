@@ -276,7 +276,7 @@ int main(int argc, char** argv) {
         measured_arm(argv[2], false),
         measured_arm(argv[2], true),
         hidden_arm(robot_gap_test::planar_arm(),
-                   {{"gravity_direction", -1, 0.05}, {"torque_constant", 0, 0.1}}),
+                   {{"gravity_direction", -1, 0.05}, {"encoder_zero", 1, 0.06}, {"payload", -1, 0.4}}),
         hidden_arm(robot_gap_test::elbow_arm(), {{"payload", -1, 0.5},
                                                  {"encoder_zero", 2, 0.05},
                                                  {"spring", 1, 6},

@@ -1,7 +1,7 @@
 // Exported arms in MuJoCo, on recordings. Two errors, each of which may be 1.05 times that of our own model:
 // torque: what the engine needs for the recorded motion (inverse dynamics), against the recorded torque, where all
 // joints move; velocity: what it simulates from the recorded torque in windows of a tenth of a second, which start in
-// the recorded state, against the recorded velocity. Prints a table of all cases, with the plain file.
+// the recorded state, against the recorded velocity. Prints a table of all cases, with the plain file and the URDF.
 // usage: node exported_arm_test.mjs PROGRAMS CASES SCRATCH
 import assert from 'node:assert/strict';
 import {execFileSync} from 'node:child_process';
@@ -17,6 +17,9 @@ const moving = 0.05;
 /// Friction that changes with the load has no place in MuJoCo: Coulomb friction stands for it.
 const lossy = ['two_link_arm_load_friction'];
 
+/// Arms without an effect that URDF has no place for.
+const whole_in_urdf = ['dart_planar'];
+
 /// A loaded file, with its joints in the order of the arm.
 class Arm {
   constructor(text) {
@@ -25,10 +28,19 @@ class Arm {
     } catch (error) {
       assert.fail(`MuJoCo refuses the file: ${error?.message ?? error}\n${text}`);
     }
+    // MuJoCo's own reader of URDF makes joints without motors, and friction that yields.
+    const is_urdf = text.includes('<robot ');
+    if (is_urdf) {
+      this.model.opt.timestep = 5e-4;
+      for (let i = 0; i < this.model.nv; ++i) {
+        this.model.dof_solref.set([1e-3, 1], 2 * i);
+        this.model.dof_solimp.set([0.9999, 0.9999, 0.001], 5 * i);
+      }
+    }
     this.data = new mujoco.MjData(this.model);
-    const joints = [...text.matchAll(/<joint [^>]*?name="([^"]*)"/g)].map(match => match[1]);
-    const motors = [...text.matchAll(/<motor name="([^"]*)" joint="[^"]*" gear="([^"]*)"/g)];
-    this.gear = motors.map(match => Number(match[2]));
+    const joints = [...text.matchAll(/<joint [^>]*?name="([^"]*)"/g)].map(match => match[1]).filter(name => !is_urdf || text.includes(`<joint name="${name}" type="continuous"`));
+    const motors = [...text.matchAll(is_urdf ? /<joint name="([^"]*)" type="continuous"/g : /<motor name="([^"]*)" joint="[^"]*" gear="([^"]*)"/g)];
+    this.gear = motors.map(match => Number(match[2] ?? 1));
     this.dof = motors.map(match => joints.indexOf(match[1]));
     this.link_dof = motors.map(match => joints.indexOf(`${match[1]}_link`));
     this.unbalanced = [];
@@ -102,7 +114,7 @@ function errors_of(text, motions) {
       if (speeds.some(v => Math.abs(v) < moving)) continue;
       for (const [j, predicted] of arm.inverse(motion, i).entries()) torque.push((predicted - motion.torque[i][j]) ** 2);
     }
-    for (const first of motion.windows) velocity.push(...arm.window(motion, first));
+    if (arm.model.nu > 0) for (const first of motion.windows) velocity.push(...arm.window(motion, first));
   }
   arm.unbalanced.sort((a, b) => a - b);
   const share = Math.sqrt(arm.unbalanced[Math.floor(arm.unbalanced.length / 2)] ?? 0);
@@ -121,21 +133,24 @@ function our_torque_error(motions) {
 }
 
 console.log(`MuJoCo ${mujoco.mj_versionString()}; rms error of torque, N·m, and of velocity, rad/s`);
-console.log('| arm | torque, ours | robot.xml | robot_plain.xml | velocity, ours | robot.xml | robot_plain.xml |');
-console.log('|---|---|---|---|---|---|---|');
+console.log('| arm | torque, ours | robot.xml | robot_plain.xml | robot.urdf | velocity, ours | robot.xml | robot_plain.xml |');
+console.log('|---|---|---|---|---|---|---|---|');
 const worse = [];
 const names = readdirSync(cases).sort();
 for (const name of names) {
   const {motions, ours_rad_per_s} = JSON.parse(readFileSync(join(cases, name, 'motions.json'), 'utf8'));
   const out = join(scratch, name);
-  execFileSync(join(programs, 'youbot-gap'), ['export', 'mujoco', join(cases, name, 'robot.toml'), '--out', out, '--quiet']);
-  const [native, plain] = ['robot.xml', 'robot_plain.xml'].map(file => errors_of(readFileSync(join(out, file), 'utf8'), motions));
+  for (const format of ['mujoco', 'urdf'])
+    execFileSync(join(programs, 'youbot-gap'), ['export', format, join(cases, name, 'robot.toml'), '--out', out, '--quiet']);
+  const [native, plain, urdf] = ['robot.xml', 'robot_plain.xml', 'robot.urdf'].map(file => errors_of(readFileSync(join(out, file), 'utf8'), motions));
   const ours = {torque: our_torque_error(motions), velocity: ours_rad_per_s};
   const times = (which, what) => Number.isNaN(which[what]) ? '' : `${(which[what] / ours[what]).toFixed(3)} times`;
-  const side = what => [Number.isNaN(native[what]) ? '' : ours[what].toPrecision(3), times(native, what), times(plain, what)];
-  console.log(`| ${name} | ${[...side('torque'), ...side('velocity')].join(' | ')} |`);
+  const cells = [ours.torque.toPrecision(3), ...[native, plain, urdf].map(which => times(which, 'torque')),
+    Number.isNaN(native.velocity) ? '' : ours.velocity.toPrecision(3), ...[native, plain].map(which => times(which, 'velocity'))];
+  console.log(`| ${name} | ${cells.join(' | ')} |`);
   for (const what of ['torque', 'velocity'])
     if (!lossy.includes(name) && native[what] > most * ours[what]) worse.push(`${name}: ${what} ${native[what]} is too much: ours is ${ours[what]}`);
+  if (whole_in_urdf.includes(name) && urdf.torque > most * ours.torque) worse.push(`${name}: torque of the URDF ${urdf.torque} is too much: ours is ${ours.torque}`);
 }
 assert.ok(names.length >= 7);
 assert.deepEqual(worse, []);

@@ -1,0 +1,132 @@
+// The command youbot-gap export of a robot file: files, account, residuals, and what it refuses.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "control/serial_arm.h"
+#include "tests/support/built_paths.h"
+#include "tests/support/run_command.h"
+#include "tests/support/temporary_directory.h"
+
+namespace youbot_gap_robot_export_test {
+
+namespace fs = std::filesystem;
+
+class RobotExport : public testing::Test {
+ protected:
+  RobotExport() {
+    fs::copy(data_ / "arm.urdf", directory_ / "arm.urdf");
+    std::ifstream given(data_ / "robot.toml");
+    const std::string text{std::istreambuf_iterator<char>(given), std::istreambuf_iterator<char>()};
+    // The last drive is the elbow's.
+    model_ = directory_.write("robot.toml", text + "coulomb_Nm = 0.16\nload_friction = 0.05\n").string();
+  }
+  static std::string read(const fs::path& path) {
+    std::ifstream file(path);
+    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  }
+  support::CommandResult run(const std::string& format, const std::string& arguments = {}) {
+    return support::run_command(support::program("youbot-gap") + " export " + format + " " + model_ +
+                                " --out " + out().string() + " " + arguments);
+  }
+  void expect_refused(const std::string& format, const std::string& arguments, const std::string& text) {
+    const support::CommandResult result = run(format, arguments);
+    EXPECT_EQ(result.exit_code, 2) << result.output;
+    EXPECT_TRUE(result.said(text)) << result.output << "lacks: " << text;
+    EXPECT_FALSE(fs::exists(out()));
+  }
+  fs::path out() const { return directory_ / "out"; }
+  std::string recording() const { return "--data " + (data_ / "A_fast_1.csv").string(); }
+
+  const fs::path data_ = fs::path(support::source_dir()) / "tests/data/two_link_arm";
+  support::TemporaryDirectory directory_;
+  std::string model_;
+};
+
+TEST_F(RobotExport, WritesTwoFilesForMujocoWithWhatEachLosesAndWhatThatCosts) {
+  const support::CommandResult result = run("mujoco", recording());
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  for (const char* const file : {"robot.xml", "robot_plain.xml"}) {
+    const std::string text = read(out() / file);
+    for (const char* const part : {"elbow coulomb: joint frictionloss", "elbow load_friction: not carried",
+                                   "armature=\"0.00276\"", "motor name=\"shoulder\""})
+      EXPECT_NE(text.find(part), std::string::npos) << file << " lacks " << part;
+  }
+  EXPECT_TRUE(result.said("without it the gap on the recordings is")) << result.output;
+  EXPECT_TRUE(result.said("at the mean load of the recordings")) << result.output;
+  EXPECT_TRUE(result.said("with what MuJoCo holds of it")) << result.output;
+}
+
+TEST_F(RobotExport, WritesAUrdfThatItsOwnReaderReads) {
+  const support::CommandResult result = run("urdf");
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_TRUE(result.said("shoulder rotor_inertia: inertia of the link about the axis; lost:"))
+      << result.output;
+  EXPECT_TRUE(result.said("no recordings were given")) << result.output;
+  const control::SerialArm arm = control::read_serial_arm(read(out() / "robot.urdf"), "base", "tip");
+  ASSERT_EQ(arm.links.size(), 2U);
+  EXPECT_NEAR(arm.links[1].inertia.about_C_kg_m2(1, 1), 0.0035 + 0.00276, 1e-9);
+}
+
+TEST_F(RobotExport, TheResidualHasTheGapThatIsPrinted) {
+  const support::CommandResult result = run("residual", recording());
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  std::ifstream file(out() / "A_fast_1.csv");
+  std::string line;
+  while (std::getline(file, line) && line.starts_with("#")) continue;
+  std::vector<std::string> names;
+  std::istringstream head(line);
+  for (std::string name; std::getline(head, name, ',');) names.push_back(name);
+  double squares = 0;
+  double rows = 0;
+  while (std::getline(file, line)) {
+    std::map<std::string, double> row;
+    std::istringstream cells(line);
+    std::string cell;
+    for (const std::string& name : names) {
+      std::getline(cells, cell, ',');
+      row[name] = std::stod(cell);
+    }
+    for (const char* const joint : {"joint_1", "joint_2"}) {
+      const std::string of = joint;
+      const double left = row.at(of + "_torque_residual_Nm");
+      EXPECT_NEAR(left, row.at(of + "_torque_Nm") - row.at(of + "_torque_predicted_Nm"), 1e-9);
+      if (row.at(of + "_moving") == 0) continue;
+      squares += left * left;
+      ++rows;
+    }
+  }
+  ASSERT_GT(rows, 100);
+  char gap[64];
+  std::snprintf(gap, sizeof gap, "gap on the recordings: %.4g N·m", std::sqrt(squares / rows));
+  EXPECT_TRUE(result.said(gap)) << result.output << gap;
+}
+
+TEST_F(RobotExport, RefusesWhatARobotFileDoesNotNeed) {
+  expect_refused("mujoco", recording() + " --joint wheel_1", "--joint is for a drive model");
+  const std::string map = directory_.write("map.toml", "").string();
+  expect_refused("mujoco", recording() + " --columns " + map, "--columns is for a drive model");
+  expect_refused("residual", "", "export residual needs recordings");
+}
+
+TEST_F(RobotExport, RefusesABaseWithTheReasonAndABadRobotFileWithItsLines) {
+  model_ = (fs::path(support::source_dir()) / "tests/data/diff_drive_base/robot.toml").string();
+  expect_refused("mujoco", "", "it has no masses");
+  model_ =
+      directory_
+          .write("bad.toml",
+                 "format = \"youbot-robot-model/1\"\nurdf = \"none.urdf\"\nbase = \"base\"\ntip = \"tip\"\n")
+          .string();
+  expect_refused("urdf", "", "bad.toml:2:");
+  model_ = directory_.write("later.toml", "format = \"youbot-robot-model/2\"\n").string();
+  expect_refused("urdf", "", "this program reads 'youbot-robot-model/1'");
+}
+
+}  // namespace youbot_gap_robot_export_test
