@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "control/arm_description.h"
+#include "runtime/configuration/robot_file.h"
 
 namespace analysis {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "analysis/export_parts.h"
-#include "control/arm_description.h"
+#include "runtime/configuration/robot_file.h"
 
 namespace analysis {
 

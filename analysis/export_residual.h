@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "control/arm_description.h"
 #include "identification/gap/measured_gap.h"
 #include "identification/robot_gap/measured_arm.h"
+#include "runtime/configuration/robot_file.h"
 
 namespace analysis {
 
