@@ -28,7 +28,7 @@ constexpr double kRotorBody_kg = 1e-9;
 /// Of the moments of a point mass, which some readers of URDF refuse to be zero.
 constexpr double kPoint_kg_m2 = 1e-9;
 /// Where URDF demands a range and none is known.
-constexpr double kNoLimit = 1e3;
+constexpr control::JointLimits kNoLimits{-1e3, 1e3, 1e3, 1e3};
 
 /// Names that are taken by links or joints.
 class UnusedNames {
@@ -58,7 +58,7 @@ std::string robot_name(const ArmNames& names) { return escaped(names.robot.empty
 
 std::string mjcf_pose(const Eigen::Isometry3d& X) {
   const Eigen::Quaterniond q(X.linear());
-  return fmt::format("pos=\"{}\" quat=\"{}\"", numbers(X.translation()),
+  return fmt::format(R"(pos="{}" quat="{}")", numbers(X.translation()),
                      numbers(Eigen::Vector4d(q.w(), q.x(), q.y(), q.z())));
 }
 
@@ -76,14 +76,19 @@ bool has_cable(const ArmDrive& drive) {
   return drive.cable_2_Nm_per_rad2 != 0 || drive.cable_3_Nm_per_rad3 != 0;
 }
 
-/// Of the hinge that the links turn with.
-std::string spring_attributes(const ArmDrive& drive) {
+/// Of the hinge that the link turns with: its range and springs.
+std::string link_attributes(const ArmLink& link, const ArmDrive& drive) {
+  std::string text;
+  if (link.limits)
+    text += fmt::format(R"( limited="true" range="{} {}")", number(link.limits->lower),
+                        number(link.limits->upper));
   if (has_cable(drive))
-    return fmt::format(" stiffness=\"{} {} {}\"", number(drive.spring_Nm_per_rad),
-                       number(drive.cable_2_Nm_per_rad2), number(drive.cable_3_Nm_per_rad3));
-  if (drive.spring_Nm_per_rad == 0) return {};
-  return fmt::format(R"( stiffness="{}" springref="{}")", number(drive.spring_Nm_per_rad),
-                     number(drive.spring_rest_rad));
+    text += fmt::format(R"( stiffness="{} {} {}")", number(drive.spring_Nm_per_rad),
+                        number(drive.cable_2_Nm_per_rad2), number(drive.cable_3_Nm_per_rad3));
+  else if (drive.spring_Nm_per_rad != 0)
+    text += fmt::format(R"( stiffness="{}" springref="{}")", number(drive.spring_Nm_per_rad),
+                        number(drive.spring_rest_rad));
+  return text;
 }
 
 std::string friction_attributes(const ArmDrive& drive, double timestep_s) {
@@ -180,8 +185,8 @@ class ArmMjcf {
     add_motor(name, drive);
     passive_ += friction_actuators(name, drive, lightest_[j], timestep_s_) + position_actuators(name, drive);
     return opened(j, indent,
-                  fmt::format(" name=\"{}\" armature=\"{}\"", name, number(drive.rotor_inertia_kg_m2)) +
-                      spring_attributes(drive) + friction_attributes(drive, timestep_s_));
+                  fmt::format(R"( name="{}" armature="{}")", name, number(drive.rotor_inertia_kg_m2)) +
+                      link_attributes(arm_.arm.links[j], drive) + friction_attributes(drive, timestep_s_));
   }
 
   /// The rotor's body stands beside the link's, and a spring couples them.
@@ -207,11 +212,11 @@ class ArmMjcf {
             indent, escaped(unused_.like(drive.joint + "_rotor")), mjcf_pose(arm_.arm.links[j].X_PL),
             number(kRotorBody_kg), number(kRotorBody_kg_m2)) +
         hinge(j, indent,
-              fmt::format(" name=\"{}\" armature=\"{}\"", name, number(shaft.rotor_kg_m2)) +
+              fmt::format(R"( name="{}" armature="{}")", name, number(shaft.rotor_kg_m2)) +
                   (on_rotor ? friction : "")) +
         indent + "</body>\n";
     return rotor + opened(j, indent,
-                          fmt::format(" name=\"{}\"", behind) + spring_attributes(drive) +
+                          fmt::format(R"( name="{}")", behind) + link_attributes(arm_.arm.links[j], drive) +
                               (on_rotor ? "" : friction));
   }
 
@@ -297,13 +302,14 @@ std::string arm_urdf_text(const ArmDescription& arm, const ArmNames& names,
     std::string more =
         fmt::format("    <axis xyz=\"{}\"/>\n    <dynamics damping=\"{}\" friction=\"{}\"/>\n",
                     numbers(link.axis_L), number(drive.viscous_Nm_s_per_rad), number(drive.coulomb_Nm));
-    if (link.slides)
-      more += fmt::format(R"(    <limit lower="-{0}" upper="{0}" effort="{0}" velocity="{0}"/>)"
-                          "\n",
-                          number(kNoLimit));
+    const control::JointLimits limits = link.limits.value_or(kNoLimits);
+    if (link.limits || link.slides)
+      more += fmt::format("    <limit lower=\"{}\" upper=\"{}\" effort=\"{}\" velocity=\"{}\"/>\n",
+                          number(limits.lower), number(limits.upper), number(limits.effort),
+                          number(limits.speed));
+    const char* const type = link.slides ? "prismatic" : link.limits ? "revolute" : "continuous";
     text +=
-        urdf_joint(link.joint, link.slides ? "prismatic" : "continuous", parent, link.link, link.X_PL, more) +
-        urdf_link(link.link, link.inertia);
+        urdf_joint(link.joint, type, parent, link.link, link.X_PL, more) + urdf_link(link.link, link.inertia);
     parent = link.link;
   }
   // A tip that is a moving link has no joint of its own.

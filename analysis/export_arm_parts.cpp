@@ -132,6 +132,10 @@ void turn_frames_by_zeros(ArmDescription& arm) {
     control::ArmLink& link = arm.arm.links[j];
     const double zero = drive.encoder_zero_rad;
     if (zero == 0) continue;
+    if (link.limits) {
+      link.limits->lower -= zero;
+      link.limits->upper -= zero;
+    }
     if (link.slides)
       link.X_PL.translate(zero * link.axis_L);
     else
@@ -220,7 +224,10 @@ std::vector<ArmCarriage> arm_carriages(const ArmDescription& arm, ArmTarget targ
 std::vector<Carriage> body_carriages(const ArmDescription& arm, ArmTarget target) {
   std::vector<Carriage> all;
   all.push_back({"bodies", "mass, centre and inertia of each link with what is fixed to it",
-                 "shapes, so that nothing touches, and the ranges of the joints"});
+                 "shapes, so that nothing touches"});
+  if (std::ranges::any_of(arm.arm.links, [](const auto& link) { return link.limits.has_value(); }))
+    all.push_back({"ranges of joints", "as in the URDF, from the zeros of the encoders",
+                   target == ArmTarget::kUrdf ? "" : "the largest torques and speeds"});
   if (arm.payload_kg > 0) all.push_back({"payload", "a body fixed to the tip", ""});
   const double size = arm.gravity_B_m_per_s2.norm();
   if (target != ArmTarget::kUrdf)

@@ -4,6 +4,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <map>
 #include <set>
@@ -103,6 +104,9 @@ ArmLink moved_link(const urdf::ModelInterface& robot, const urdf::Joint& joint, 
   const Eigen::Vector3d axis = vector_of(joint.axis);
   if (!(axis.norm() > 0)) throw bad_arm("joint " + joint.name + " has no axis");
   result.axis_L = axis.normalized();
+  if (joint.type != Joint::CONTINUOUS && joint.limits && joint.limits->lower < joint.limits->upper &&
+      std::isfinite(joint.limits->lower) && std::isfinite(joint.limits->upper))
+    result.limits = {joint.limits->lower, joint.limits->upper, joint.limits->effort, joint.limits->velocity};
   result.inertia = fixed_inertia(robot, *robot.getLink(joint.child_link_name), next);
   if (!result.inertia.p_LC_m.allFinite() || !result.inertia.about_C_kg_m2.allFinite() ||
       result.inertia.mass_kg < 0)

@@ -6,6 +6,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,6 +20,14 @@ struct LinkInertia {
   Eigen::Matrix3d about_C_kg_m2 = Eigen::Matrix3d::Zero();
 };
 
+/// Of a joint [rad, N·m, rad/s; of one that slides m, N, m/s].
+struct JointLimits {
+  double lower = 0;
+  double upper = 0;
+  double effort = 0;
+  double speed = 0;
+};
+
 /// A joint and the link that it moves, with everything fixed to that link.
 struct ArmLink {
   std::string joint;
@@ -27,6 +36,7 @@ struct ArmLink {
   Eigen::Isometry3d X_PL = Eigen::Isometry3d::Identity();  ///< in the frame P of the link before, at zero
   Eigen::Vector3d axis_L = Eigen::Vector3d::UnitZ();       ///< of unit length
   LinkInertia inertia;
+  std::optional<JointLimits> limits{};  ///< none: continuous, or without a range
 };
 
 struct SerialArm {

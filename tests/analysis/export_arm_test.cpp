@@ -100,6 +100,9 @@ TEST(ExportArm, TheUrdfHasTheSameDynamicsWithZerosPayloadAndATiltedBase) {
   EXPECT_DOUBLE_EQ(robot->getJoint("shoulder")->dynamics->friction, 0.4);
   EXPECT_DOUBLE_EQ(robot->getJoint("shoulder")->dynamics->damping, 0.2);
   EXPECT_EQ(robot->getJoint("lift")->type, urdf::Joint::PRISMATIC);
+  EXPECT_NEAR(robot->getJoint("shoulder")->limits->lower, -2 - 0.1, 1e-9);
+  EXPECT_NEAR(robot->getJoint("shoulder")->limits->upper, 2 - 0.1, 1e-9);
+  EXPECT_EQ(robot->getJoint("elbow")->type, urdf::Joint::CONTINUOUS);
   EXPECT_DOUBLE_EQ(robot->getLink("payload")->inertial->mass, 0.7);
 }
 
@@ -202,7 +205,9 @@ TEST(ExportArm, AJointThatNothingMovesIsRefusedByItsName) {
     EXPECT_NE(std::string(error.what()).find("joint elbow"), std::string::npos) << error.what();
   }
   given.drives[2].rotor_inertia_kg_m2 = 0.01;
-  EXPECT_NO_THROW(analysis::arm_mujoco_text(given, kNames, 5e-4, {}));
+  const std::string text = analysis::arm_mujoco_text(given, kNames, 5e-4, {});
+  EXPECT_NE(text.find(R"(name="shoulder" armature="0" limited="true" range="-2 2")"), std::string::npos)
+      << text;
 }
 
 TEST(ExportArm, TheLightestInertiaOfAPendulumIsItsOwn) {
