@@ -12,6 +12,8 @@
 #include "operation/path_plot.h"
 #include "operation/report.h"
 #include "operation/run_page.h"
+#include "operation/teleop_measures.h"
+#include "operation/teleop_measures_page.h"
 
 namespace operation {
 namespace {
@@ -45,6 +47,7 @@ class TeleopReport final : public RunReport<TeleopRecord, TeleopSummary> {
       : config_(config),
         joints_(robot.joints().begin(), robot.joints().end()),
         ranges_(control::RobotModel().ranges()),
+        measures_(config),
         common_(std::chrono::nanoseconds(std::llround(1e9 * config.period_s)), limits()) {}
 
   void add(const TeleopRecord& record) override {
@@ -64,6 +67,7 @@ class TeleopReport final : public RunReport<TeleopRecord, TeleopSummary> {
     values[kWithheld] = record.withheld_N;
     values[kStiffness] = record.stiffness_N_per_m;
     add_joints(record, values);
+    measures_.add(record);
     trace_.add(hal::seconds(record.time), values);
 
     base_.add({record.base_W[0], record.base_W[1], 0});
@@ -86,6 +90,7 @@ class TeleopReport final : public RunReport<TeleopRecord, TeleopSummary> {
     RunPage::add_end(page, summary);
     add_summary(page, summary);
     add_tasks(page, summary);
+    add_measures(page, measures_, summary.tasks);
     add_paths(page);
     const std::vector<report::Span> spans = spans_of(summary);
     add_forces(page, spans);
@@ -308,6 +313,7 @@ class TeleopReport final : public RunReport<TeleopRecord, TeleopSummary> {
   control::Teleoperation::Config config_;
   std::vector<hal::JointInfo> joints_;
   std::array<control::JointRange, control::kArmJoints> ranges_;
+  TeleopMeasures measures_;
   RunPage common_;
   TimeTrace trace_{kChannels};
   Track base_;
