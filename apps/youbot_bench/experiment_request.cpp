@@ -326,7 +326,7 @@ void read_experiment(const std::filesystem::path& file, ExperimentRequest& reque
   toml.finish();
 }
 
-int run_experiment(ExperimentRequest request) {
+ExperimentOutcome perform_experiment(ExperimentRequest& request) {
   ExperimentSettings& settings = request.settings;
   settings = identification::experiments::checked(settings);
   std::visit([](auto& config) { make_paths_absolute(config); }, request.parameters);
@@ -375,7 +375,12 @@ int run_experiment(ExperimentRequest request) {
   // In virtual time only a simulation moves.
   if (!options.virtual_time && !simulated && !request.yes) confirm(confirmation(request));
   runtime::stop_on_signals();
-  return report(request, run_experiment(plan, options, robot, runtime::stop_requested));
+  return run_experiment(plan, options, robot, runtime::stop_requested);
+}
+
+int run_experiment(ExperimentRequest request) {
+  const ExperimentOutcome outcome = perform_experiment(request);
+  return report(request, outcome);
 }
 
 void leave_to_experiments(runtime::TomlTable& root) {

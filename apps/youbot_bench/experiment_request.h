@@ -26,6 +26,8 @@ class TomlTable;
 
 namespace youbot_bench {
 
+struct ExperimentOutcome;
+
 /// Settings common to all experiments; the defaults of some depend on the experiment.
 struct ExperimentSettings {
   std::string robot = "loopback";
@@ -107,6 +109,9 @@ void read_experiment(const std::filesystem::path& file, ExperimentRequest& reque
 /// Runs it until it is finished, asked to stop (stop_on_signals.h) or stopped by a fault, and prints what
 /// came out. Returns the exit code (exit_code.h). @throws std::invalid_argument, hal::SetupError.
 int run_experiment(ExperimentRequest request);
+/// The same without output, for programs that show what came out in their own way; only the progress, unless
+/// the request is quiet. Makes the file paths of `request` absolute. @throws as run_experiment().
+ExperimentOutcome perform_experiment(ExperimentRequest& request);
 
 /// `root` may be an experiment.toml; its keys belong to the experiment.
 void leave_to_experiments(runtime::TomlTable& root);

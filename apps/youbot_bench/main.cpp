@@ -11,6 +11,7 @@
 #include "apps/youbot_bench/parameters.h"
 #include "apps/youbot_bench/scan.h"
 #include "apps/youbot_bench/sdo.h"
+#include "apps/youbot_bench/thesis/thesis.h"
 #include "apps/youbot_bench/transparency.h"
 #include "apps/youbot_bench/usb_probe.h"
 #include "runtime/program/exit_code.h"
@@ -24,7 +25,7 @@ std::vector<Subcommand> add_all(CLI::App& app) {
                                    add_sdo(app),         add_diagnose(app),    add_usb_probe(app),
                                    add_haptic_hold(app), add_transparency(app)};
   for (const Subcommand& experiment : add_experiments(app)) commands.push_back(experiment);
-  commands.insert(commands.end(), {add_identify(app), add_improve(app), add_reveal(app)});
+  commands.insert(commands.end(), {add_identify(app), add_improve(app), add_reveal(app), add_thesis(app)});
   return commands;
 }
 

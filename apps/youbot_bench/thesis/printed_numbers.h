@@ -1,0 +1,189 @@
+/// @file
+/// The numbers that the thesis prints, each with the place where it stands. Nothing else of this folder
+/// contains one.
+///
+/// M. Corberán Ruiz, "Haptic teleoperation of the youBot with friction compensation for the base",
+/// Universidad Carlos III de Madrid and University of Twente, 2012.
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace youbot_bench::thesis {
+
+inline constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+/// Of Printed::within_percent: nothing says that ours must be near it.
+inline constexpr double kMayDiffer = std::numeric_limits<double>::quiet_NaN();
+
+struct Printed {
+  std::string_view key;    ///< "table 5/first step, command"
+  std::string_view where;  ///< "Table 5"
+  std::string_view what;
+  std::string_view unit;
+  /// As printed. A single number has both ends equal; "over 4 rad" ends at kUnbounded.
+  double from;
+  double to;
+  /// How far beyond it ours may lie, where the same physics or the same formula must give the same.
+  double within_percent = kMayDiffer;
+  bool setting = false;  ///< we take it from the thesis as it is, so that it agrees by design
+};
+
+inline constexpr auto kPrinted = std::to_array<Printed>({
+    // Table 1: the maker's data of the omega.6.
+    {"omega/width", "Table 1", "workspace of the handle, diameter", "mm", 160, 160},
+    {"omega/depth", "Table 1", "workspace of the handle, depth", "mm", 110, 110},
+    {"omega/force", "Table 1", "force of the device", "N", 12, 12},
+    {"omega/stiffness", "Table 1", "closed-loop stiffness", "N/mm", 14.5, 14.5, kMayDiffer, true},
+    // Table 2: the maker's data of the youBot.
+    {"youbot/range 1", "Table 2", "range of arm joint 1", "deg", 338, 338, 1},
+    {"youbot/range 2", "Table 2", "range of arm joint 2", "deg", 155, 155, 1},
+    {"youbot/range 3", "Table 2", "range of arm joint 3", "deg", 297, 297, 1},
+    {"youbot/range 4", "Table 2", "range of arm joint 4", "deg", 204, 204, 1},
+    {"youbot/range 5", "Table 2", "range of arm joint 5", "deg", 334, 334, 1},
+    {"youbot/arm speed", "Table 2", "speed of an arm joint", "deg/s", 90, 90, 1},
+    {"youbot/base speed", "Table 2", "speed of the base", "m/s", 0.8, 0.8, 5},
+    {"youbot/encoder", "Section 1.3", "ticks of a motor's encoder", "per revolution", 4000, 4000, 0.01},
+    // Section 2.3: what is said about the laws.
+    {"dahl/level", "Section 2.3, figure 11", "largest |F|/Fc of Dahl's law", "", 0, 1, 0.001},
+    {"lugre/loop", "Section 2.3, figure 12",
+     "torque by which LuGre misses the point where it left for an inner loop", "N·m", 1e-5, kUnbounded, 0},
+    // Table 3: one measurement, and the sets.
+    {"steady state/T1", "Section 2.5.1, figure 14", "time to settle, T1", "s", 50, 50, kMayDiffer, true},
+    {"steady state/T2", "Section 2.5.1, figure 14", "time of measuring, T2", "s", 30, 30, kMayDiffer, true},
+    {"steady state/whole", "Section 2.5.1, figure 14", "one measurement", "s", 90, 90, 0.1},
+    {"table 3/set 1", "Table 3", "measurements from 0 to 0.5 rad/s by 0.05", "", 10, 10, kMayDiffer, true},
+    {"table 3/set 2", "Table 3", "measurements from 0 to 0.5 rad/s by 0.005", "", 100, 100, kMayDiffer, true},
+    {"table 3/set 3", "Table 3", "measurements from 0.5 to 0.75 rad/s by 0.005", "", 50, 50, kMayDiffer,
+     true},
+    {"table 3/set 4", "Table 3", "measurements from 0.75 to 2 rad/s by 0.05", "", 25, 25, kMayDiffer, true},
+    {"table 3/set 5", "Table 3", "measurements from 0.7 to 4 rad/s by 0.1", "", 33, 33, kMayDiffer, true},
+    {"table 3/set 6", "Table 3", "measurements from 2 to 10 rad/s by 0.5", "", 16, 16, kMayDiffer, true},
+    {"table 3/set 7", "Table 3", "measurements from 0 to -1.5 rad/s by 0.05", "", 30, 30, kMayDiffer, true},
+    {"table 3/set 8", "Table 3", "measurements from -1 to -4.5 rad/s by 0.1", "", 35, 35, kMayDiffer, true},
+    {"table 3/set 9", "Table 3", "measurements from -4.5 to -10 rad/s by 0.5", "", 13, 13, kMayDiffer, true},
+    // Figure 15, as the text describes it.
+    {"figure 15/dip 1", "Section 2.5.1, figure 15", "speed of the least friction of wheel 1", "rad/s", 1, 4,
+     0},
+    {"figure 15/dip 2", "Section 2.5.1, figure 15", "speed of the least friction of wheel 2", "rad/s", 1, 4,
+     0},
+    {"figure 15/dip 3", "Section 2.5.1, figure 15", "speed of the least friction of wheel 3", "rad/s", 1, 4,
+     0},
+    {"figure 15/dip 4", "Section 2.5.1, figure 15", "speed of the least friction of wheel 4", "rad/s", 1, 4},
+    // Appendix A: the printed functions, evaluated.
+    {"curve/wheel 1 at 1", "Appendix A", "friction of wheel 1 at 1 rad/s", "N·m", 0.0536847, 0.0536847, 1},
+    {"curve/wheel 1 at 3.2", "Appendix A", "friction of wheel 1 at 3.2 rad/s", "N·m", 0.122475, 0.122475, 1},
+    {"curve/wheel 1 at -9", "Appendix A", "friction of wheel 1 at -9 rad/s", "N·m", -0.310798, -0.310798, 1},
+    {"curve/wheel 2 at 2", "Appendix A", "friction of wheel 2 at 2 rad/s", "N·m", 0.0549988, 0.0549988, 1},
+    {"curve/wheel 2 at -4", "Appendix A", "friction of wheel 2 at -4 rad/s", "N·m", -0.123525, -0.123525, 1},
+    {"curve/wheel 3 at 0.2", "Appendix A", "friction of wheel 3 at 0.2 rad/s", "N·m", 0.0862276, 0.0862276,
+     1},
+    {"curve/wheel 3 at 5", "Appendix A", "friction of wheel 3 at 5 rad/s", "N·m", 0.149057, 0.149057, 1},
+    {"curve/wheel 4 at 0.2", "Appendix A", "friction of wheel 4 at 0.2 rad/s", "N·m", 0.0576455, 0.0576455,
+     1},
+    {"curve/wheel 4 at -7", "Appendix A", "friction of wheel 4 at -7 rad/s", "N·m", -0.299831, -0.299831, 1},
+    // Table 4.
+    {"table 4/Fc", "Table 4", "Fc", "N·m", 0.03718, 0.03718},
+    {"table 4/Fs", "Table 4", "Fs", "N·m", 0.08976, 0.08976},
+    {"table 4/vs", "Table 4", "vs", "rad/s", 0.1516, 0.1516},
+    {"table 4/exponent", "Table 4", "δs", "", 1.047, 1.047},
+    {"table 4/viscous", "Table 4", "σ2", "N·m·s/rad", 0.01898, 0.01898},
+    // Section 2.5.2: the torque ramp.
+    {"ramp/offset", "Section 2.5.2, figure 18", "torque of the motor below its offset", "N·m", 0.03, 0.03, 5},
+    {"table 5/first, real", "Table 5", "σ0 = 0.0251 N·m over 1e-4 rad", "N·m/rad", 251, 251, 0.2},
+    {"table 5/first, command", "Table 5", "σ0 = 0.0377 N·m over 1e-4 rad", "N·m/rad", 377, 377, 0.2},
+    {"table 5/second, real", "Table 5", "σ0 = 0.0156 N·m over 1e-4 rad", "N·m/rad", 156, 156, 0.2},
+    {"table 5/second, command", "Table 5", "σ0 = 0.0283 N·m over 1e-4 rad", "N·m/rad", 283, 283, 0.2},
+    {"table 5/step", "Table 5", "first displacement that the encoder shows", "rad", 1e-4, 1e-4},
+    {"table 5/command", "Table 5", "torque commanded at the first displacement", "N·m", 0.0283, 0.0377},
+    {"table 5/real", "Table 5", "torque of the motor at the first displacement", "N·m", 0.0156, 0.0251},
+    {"ramp/stiffness", "Section 2.5.2", "σ0, as chosen", "N·m/rad", 250, 250, 10},
+    {"ramp/damping", "Section 2.5.2", "σ1 = 0.2·√(J·σ0)", "N·m·s/rad", 0.127, 0.127, 0.5},
+    // Section 2.5.2: Dahl's curve, and figure 24.
+    {"dahl/stiffness", "Section 2.5.2, figure 19", "σ0, slope at the centre of Dahl's curve", "N·m/rad", 250,
+     250, 20},
+    {"dahl/offset", "Section 2.5.2, figure 20", "torque of the motor at the centre of the loop", "N·m", 0.03,
+     0.03, 5},
+    {"dahl/displacement", "Section 2.5.2, figure 20", "displacements, \"of the order of\"", "rad", 3.16e-4,
+     3.16e-3, 0},
+    {"creep", "Section 2.5.2, figure 24", "rise of the minima of position, each higher than the last",
+     "rad a period", 1e-6, kUnbounded, 0},
+    // Section 2.7.2: friction compensation.
+    {"swing/highest", "Section 2.7.2, figure 28", "highest position of wheel 1, \"over 4\"", "rad", 4, 5, 0},
+    {"swing/reference", "Section 2.7.2, figure 28", "reference position", "rad", 2, 2, kMayDiffer, true},
+    {"swing/extra", "Section 2.7.2, figure 28", "constant torque beside the spring", "N·m", 0.01, 0.01,
+     kMayDiffer, true},
+    {"swing/count", "Section 2.7.2, figure 28",
+     "half swings with compensation, \"almost three times\" to and fro", "", 5, 6, 0},
+    // "No starting motion" and "did move as commanded": less and more than a hundredth of a path of 1 m.
+    {"base/without", "Section 2.7.2", "motion of the base without compensation", "mm", 0, 10, 0},
+    {"base/with", "Section 2.7.2", "motion of the base with compensation", "mm", 990, kUnbounded, 0},
+    // Section 3.2.3.4: human factors.
+    {"human/stiffness", "Section 3.2.3.4", "stiffness that feels like a hard wall", "N/cm", 242, kUnbounded},
+    {"human/force", "Section 3.2.3.4", "largest force that a human controls, weakest joint to strongest", "N",
+     16.5, 102.3},
+    {"human/bandwidth", "Section 3.2.3.4", "bandwidth of human force control", "Hz", 20, 30},
+    // Section 3.2.1: the ideal teleoperator.
+    {"ideal/position", "Section 3.2.1", "position scale h21 of the ideal teleoperator", "", 1, 1},
+    {"ideal/force", "Section 3.2.1", "force scale h12 of the ideal teleoperator", "", 1, 1},
+    {"ideal/product", "Section 3.2.3.1", "scaling product", "", 1, 1},
+    {"hold/equilibrium", "Section 3.4.1.1", "distance of the pen from the origin to which it converges", "mm",
+     0, 1, 0},
+    // Section 3.4.2: smoothing.
+    {"smoothing/step", "Section 3.4.2", "step of translation a millisecond, largest axis", "mm", 0.25, 0.25,
+     0.1},
+    {"smoothing/turn", "Section 3.4.2", "step of rotation a millisecond", "deg", 0.01, 0.01, 0.1},
+    // Section 3.4.3: the spheroid of position control, in the device's frame.
+    {"spheroid/centre x", "Section 3.4.3, figures 36 and 37", "centre of the spheroid, x", "m", -0.08, -0.08,
+     kMayDiffer, true},
+    {"spheroid/centre z", "Section 3.4.3, figures 36 and 37", "centre of the spheroid, z", "m", 0.008, 0.008,
+     kMayDiffer, true},
+    {"spheroid/axis x", "Section 3.4.3, figures 36 and 37", "half axis of the spheroid, x", "m", 0.14, 0.14,
+     kMayDiffer, true},
+    {"spheroid/axis y", "Section 3.4.3, figures 36 and 37", "half axis of the spheroid, y", "m", 0.1, 0.1,
+     kMayDiffer, true},
+    {"spheroid/axis z", "Section 3.4.3, figures 36 and 37", "half axis of the spheroid, z", "m", 0.1, 0.1,
+     kMayDiffer, true},
+    {"spheroid/plane x", "Section 3.4.3, figures 36 and 37", "plane x", "m", -0.042, -0.042, kMayDiffer,
+     true},
+    {"spheroid/plane z", "Section 3.4.3, figures 36 and 37", "plane z", "m", -0.066, -0.066, kMayDiffer,
+     true},
+    {"rate/thesis", "Section 3.4.3", "speed of the set-point under rate control, with the thesis' v = 1",
+     "m/s", 1, 1, 0.5},
+    {"rate/default", "Section 3.4.3", "speed of the set-point under rate control, by default", "m/s", 1, 1},
+    // Section 3.4.4: deployment.
+    {"start/centring", "Section 3.4.4", "stiffness that brings the pen to its origin", "N/m", 40, 40, 2},
+    {"start/x", "Section 3.4.4", "first set-point, x", "m", 0.35, 0.35, 2},
+    {"start/z", "Section 3.4.4", "first set-point, z", "m", 0.35, 0.35, 2},
+    {"start/soft", "Section 3.4.4", "stiffness before the coupling", "N/m", 100, 100, 0.1},
+    {"start/stiff", "Section 3.4.4", "stiffness in operation", "N/m", 700, 700, 0.1},
+    {"start/rise", "Section 3.4.4", "rise of the stiffness a millisecond", "N/m", 0.1, 0.1, 0.5},
+    {"start/scale", "Section 3.4.4, appendix B", "force on the robot over force on the hand, kf", "", 10, 10,
+     2},
+});
+
+/// The link map of section 2.7.2: rows yaw, vx, vy; columns wheels 1 to 4.
+inline constexpr std::array<std::array<double, 4>, 3> kPrintedLinkMap{
+    {{1, 1, 1, 1}, {-1, 1, -1, 1}, {1, 1, -1, -1}}};
+
+/// Table 5 as printed, and the inertia by which σ1 = 0.127 follows from σ0 = 250: (0.127/0.2)²/250.
+inline constexpr double kPrintedFirstStep_rad = 1e-4;
+struct PrintedRamp {
+  double command_Nm;
+  double real_Nm;
+};
+inline constexpr std::array<PrintedRamp, 2> kPrintedRamps{{{0.0377, 0.0251}, {0.0283, 0.0156}}};
+inline constexpr double kImpliedInertia_kg_m2 = 1.613e-3;
+
+/// @throws std::logic_error if the table does not have it.
+inline const Printed& printed(std::string_view key) {
+  const auto* const found = std::ranges::find(kPrinted, key, &Printed::key);
+  if (found == kPrinted.end())
+    throw std::logic_error("the thesis' numbers have no '" + std::string(key) + "'");
+  return *found;
+}
+
+}  // namespace youbot_bench::thesis
