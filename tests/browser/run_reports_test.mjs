@@ -20,7 +20,7 @@ writeFileSync(join(folder, 'fault.toml'), '[compensation]\nenabled = false\n[[pa
 const kRuns = [
   {name: 'teleoperation', words: ['--config', join(configurations, 'teleop.toml'), '--demo'], exit: 0,
     title: /^Teleoperation of \d+\.\d s: up to \d\.\d\d N on the hand, end effector within \d+ mm of its set-point$/,
-    sections: ['Summary', 'Tasks of the simulated operator', 'Path', 'Forces and energy', 'Joints', 'Limits touched', 'Phases',
+    sections: ['Summary', 'Tasks of the simulated operator', 'Performance', 'Path', 'Forces and energy', 'Joints', 'Limits touched', 'Phases',
       'Cycle times']},
   {name: 'path', words: ['--config', join(configurations, 'demo.toml')], exit: 0,
     title: /^Base run \(path\) of \d+\.\d s: \d+\.\d mm rms from the reference, \d+\.\d mm at worst$/,

@@ -61,10 +61,10 @@ Figure swinging_wheel(const Workshop& workshop) {
   Figure figure{.number = "Figure 28",
                 .caption = "A wheel on a spring in software, with friction compensation",
                 .text = fmt::format("u = -Kp·(x - xr) + F + 0.01 N·m on wheel 1 of the thesis' robot, with "
-                                    "xr = 2 rad. Kp and the hand's "
-                                    "push are not printed: {:g} N·m/rad and {:g} N·m for {:g} s give the "
-                                    "picture. With compensation the wheel makes "
-                                    "{:g} half swings, without it {:g}, and stays where friction holds it.",
+                                    "xr = 2 rad. Kp and the hand's push are not printed: {:g} N·m/rad and "
+                                    "{:g} N·m for {:g} s give the picture. With compensation the wheel "
+                                    "makes {:g} half swings, without it {:g}, and stays where friction "
+                                    "holds it.",
                                     kSpring_Nm_per_rad, kPush_Nm, kPush_s, swings.at(1), swings.at(0))};
   figure.compared = {
       compare("swing/reference", measured.setting("reference_rad", kUnknown)),
@@ -167,14 +167,11 @@ Figure base_figure(const Workshop& workshop) {
                 .caption = "The base with and without friction compensation",
                 .text =
                     "The path of youbotd's demonstration (1 m forward, 0.5 m left, a turn and a circle) on "
-                    "the thesis' robot on "
-                    "the ground, its wheels with 1.10 to 1.30 times the friction of the curves. First with "
-                    "the thesis' old "
-                    "control, proportional to the error of velocity, then with the spring and damper of the "
-                    "control model, and "
-                    "with compensation. All may push with 5 N. The thesis saw the same without numbers: the "
-                    "old control did not "
-                    "start the base, the compensated one did."};
+                    "the thesis' robot on the ground, its wheels with 1.10 to 1.30 times the friction of "
+                    "the curves. First with the thesis' old control, proportional to the error of "
+                    "velocity, then with the spring and damper of the control model, and with "
+                    "compensation. All may push with 5 N. The thesis saw the same without numbers: the old "
+                    "control did not start the base, the compensated one did."};
   FigureTable table{.caption = "True motion of the base",
                     .columns = {{"control"},
                                 {"furthest from the start", "mm", 1},

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -40,9 +41,9 @@ Smoothed smoothed(const SetpointSmoothing::Config& config, const std::string& na
   smoothing.reset(Vector3d::Zero(), Eigen::Quaterniond::Identity());
   Smoothed result{.x = {.name = "x, " + name, .x = {}, .y = {}},
                   .y = {.name = "y, " + name, .x = {}, .y = {}}};
-  control::TipPose before = smoothing.setpoint();
+  control::TipSetpoint before = smoothing.setpoint();
   for (int n = 1; n <= 1200; ++n) {
-    const control::TipPose now = smoothing.step(target_m, turned);
+    const control::TipSetpoint now = smoothing.step(target_m, turned);
     result.x.x.push_back(n * kMillisecond_s);
     result.x.y.push_back(1e3 * now.p_WT_m.x());
     result.y.x.push_back(n * kMillisecond_s);
@@ -70,8 +71,7 @@ Figure smoothing() {
                 .caption = "Smoothing of the set-point",
                 .text =
                     "A step of 100 mm in x, 50 mm in y and 10 degrees. As printed the set-point starts and "
-                    "stops at full "
-                    "speed; by default acceleration and jerk are limited, too."};
+                    "stops at full speed; by default acceleration and jerk are limited, too."};
   figure.compared = {compare("smoothing/step", printed.step_mm), compare("smoothing/turn", printed.turn_deg)};
   figure.plots = {{.title = "Set-point",
                    .x = {"time", "s"},
@@ -135,10 +135,9 @@ Figure spheroid() {
       .caption = "The handle's travel and the spheroid of position control",
       .text =
           "The thesis moved an omega.6 to its limits and fitted a spheroid inside, cut by two planes. "
-          "Points: the "
-          "simulated handle pushed to its stops, which are an assumption (the thesis' surface, 15 % and 2 cm "
-          "further out), as its recording is not public. Lines: the surface on which control changes its "
-          "mode."};
+          "Points: the simulated handle pushed to its stops, which are an assumption (the thesis' surface, "
+          "15 % and 2 cm further out), as its recording is not public. Lines: the surface on which control "
+          "changes its mode."};
   figure.compared = {compare("spheroid/centre x", boundary.centre_H_m.x()),
                      compare("spheroid/centre z", boundary.centre_H_m.z()),
                      compare("spheroid/axis x", boundary.half_axes_m.x()),

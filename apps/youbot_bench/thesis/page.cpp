@@ -2,11 +2,16 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "apps/youbot_bench/thesis/not_made.h"
+#include "runtime/program/wording.h"
 
 namespace youbot_bench::thesis {
 namespace {
@@ -33,23 +38,38 @@ std::string verdict(const Comparison& comparison) {
   return (comparison.agrees() ? "agrees" : "DOES NOT AGREE") + limit;
 }
 
+/// Numbers with the same reason share a paragraph.
+void add_reasons(report::Page& page, const Figure& figure) {
+  std::vector<std::pair<std::string, std::vector<std::string>>> reasons;
+  for (const Comparison& comparison : figure.compared) {
+    if (comparison.why.empty()) continue;
+    auto known = std::ranges::find(reasons, comparison.why, &decltype(reasons)::value_type::first);
+    if (known == reasons.end()) known = reasons.insert(known, {comparison.why, {}});
+    known->second.emplace_back(comparison.printed->what);
+  }
+  for (const auto& [why, names] : reasons) page.text(runtime::list_text(names) + ": " + why);
+}
+
 void add_comparisons(report::Page& page, const Figure& figure) {
   if (figure.compared.empty()) return;
+  const std::string_view where = figure.compared.front().printed->where;
+  const bool one_place = std::ranges::all_of(
+      figure.compared, [&](const Comparison& comparison) { return comparison.printed->where == where; });
+  std::vector<report::Column> columns{{"what"}, {"unit"},          {"printed"},
+                                      {"ours"}, {"difference, %"}, {"verdict"}};
+  if (!one_place) columns.push_back({"printed in"});
   std::vector<report::Row> rows;
-  for (const Comparison& comparison : figure.compared)
-    rows.push_back({std::string(comparison.printed->what), std::string(comparison.printed->where),
-                    std::string(comparison.printed->unit), printed_text(*comparison.printed),
-                    ours_text(comparison.ours), difference_text(comparison), verdict(comparison),
-                    comparison.why});
-  page.table({{"what"},
-              {"printed in"},
-              {"unit"},
-              {"printed"},
-              {"ours"},
-              {"difference, %"},
-              {"verdict"},
-              {"what differs and why"}},
-             rows, "Printed numbers beside ours");
+  for (const Comparison& comparison : figure.compared) {
+    const Printed& printed = *comparison.printed;
+    rows.push_back({std::string(printed.what),
+                    printed.unit.empty() ? std::string("–") : std::string(printed.unit),
+                    printed_text(printed), ours_text(comparison.ours), difference_text(comparison),
+                    verdict(comparison)});
+    if (!one_place) rows.back().emplace_back(std::string(printed.where));
+  }
+  page.table(columns, rows,
+             one_place ? "Printed in " + std::string(where) + ", and ours" : "Printed, and ours");
+  add_reasons(page, figure);
 }
 
 void add(report::Page& page, const Figure& figure) {
@@ -70,20 +90,16 @@ void add_not_made(report::Page& page) {
 
 std::string introduction(const Tally& all, bool selected) {
   return fmt::format(
-      "{} numbers that the thesis prints stand beside ours{}. {} of them are settings that we take from the "
-      "thesis. "
-      "Where the same physics or formula must give the same number, a limit is stated: {} of {} agree. The "
-      "others may "
-      "differ, and the last column says why.\n\n"
+      "{} numbers that the thesis prints stand beside ours{}. {} of them are settings that we take from "
+      "the thesis. Where the same physics or formula must give the same number, a limit is stated: {} of "
+      "{} agree. The others may differ, and the lines below each table say why.\n\n"
       "Ours come from experiments on the simulated robot of the thesis (wheels with its published friction "
-      "curves, "
-      "motors with its offset of 0.03 N·m, current without sign), in virtual time, when this page was made. "
-      "The "
-      "thesis' raw measurements are not public. A simulation that was given a number of the thesis returns "
-      "it when the "
-      "experiment and its evaluation are right; that is what such a row shows.\n\n"
-      "Source: M. Corberán Ruiz, Haptic teleoperation of the youBot with friction compensation for the base, "
-      "Universidad Carlos III de Madrid and University of Twente, 2012.",
+      "curves, motors with its offset of 0.03 N·m, current without sign), in virtual time, when this page "
+      "was made. The thesis' raw measurements are not public. A simulation that was given a number of the "
+      "thesis returns it when the experiment and its evaluation are right; that is what such a row "
+      "shows.\n\n"
+      "Source: M. Corberán Ruiz, Haptic teleoperation of the youBot with friction compensation for the "
+      "base, Universidad Carlos III de Madrid and University of Twente, 2012.",
       all.compared, selected ? " (some chapters only)" : "", all.settings, all.agree, all.must_agree);
 }
 

@@ -75,8 +75,8 @@ Figure ramp_figure(const MeasuredExperiment& measured) {
   Figure figure{.number = "Figure 18",
                 .caption = "A slow torque ramp on a motor with an offset",
                 .text =
-                    "Wheel 1 of the thesis' robot. The motor gives its offset from the first command on, and "
-                    "follows the command once that is larger, as printed."};
+                    "Wheel 1 of the thesis' robot. The motor gives its offset from the first command on, "
+                    "and follows the command once that is larger, as printed."};
   figure.compared = {
       compare("ramp/offset", delivered_below_offset_Nm(measured),
               "The simulated motor was given the printed offset; this is what the sensor shows.")};
@@ -103,14 +103,12 @@ Figure ramp_table(const MeasuredExperiment& offset, const MeasuredExperiment& cl
   Figure figure{.number = "Table 5",
                 .caption = "First displacement under a torque ramp, and the stiffness from it",
                 .text = fmt::format("The first table below is of the thesis' robot, the second one of the "
-                                    "same wheels with motors that have no "
-                                    "offset. With the offset the experiment shows no stiffness: the first "
-                                    "step appears with the first command. "
-                                    "Without it the slope over the steps that follow gives {:.0f} N·m/rad, "
-                                    "the stiffness of the simulated "
-                                    "contact. σ0 = τ1/x1 uses the first step alone, and where in a step of "
-                                    "the encoder the wheel rested is not "
-                                    "known: the printed values scatter from 156 to 377.",
+                                    "same wheels with motors that have no offset. With the offset the "
+                                    "experiment shows no stiffness: the first step appears with the first "
+                                    "command. Without it the slope over the steps that follow gives {:.0f} "
+                                    "N·m/rad, the stiffness of the simulated contact. σ0 = τ1/x1 uses the "
+                                    "first step alone, and where in a step of the encoder the wheel rested "
+                                    "is not known: the printed values scatter from 156 to 377.",
                                     mean(slopes))};
   add_printed_ramps(figure);
   constexpr const char* kStep =
@@ -118,8 +116,7 @@ Figure ramp_table(const MeasuredExperiment& offset, const MeasuredExperiment& cl
       "digits.";
   constexpr const char* kAtOnce =
       "The simulated wheel rests without torque before the ramp, so the offset moves it with the first "
-      "command. "
-      "The thesis' wheel moved later; perhaps it rested under the offset already.";
+      "command. The thesis' wheel moved later; perhaps it rested under the offset already.";
   std::vector<double> steps = magnitudes(result(joint, "first_step_rad"));
   figure.compared.push_back(compare("table 5/step", mean(steps), kStep));
   figure.compared.push_back(
@@ -145,15 +142,13 @@ Figure theoretical_dahl_curve(const MeasuredExperiment& clean) {
                 .caption = "Shape of Dahl's curve: torque over displacement below break-away",
                 .text =
                     "The experiment as it should be: wheel 1 without the motor's offset, a sine of torque "
-                    "below break-away. "
-                    "The thesis' figure is another author's. The simulated contact is straight until it "
-                    "breaks away, so the "
-                    "loop is a line with the steps of the encoder; with LuGre's law it is the narrow loop of "
-                    "the last plot."};
+                    "below break-away. The thesis' figure is another author's. The simulated contact is "
+                    "straight until it breaks away, so the loop is a line with the steps of the encoder; "
+                    "with LuGre's law it is the narrow loop of the last plot."};
   figure.compared = {compare("dahl/stiffness", stiffness,
-                             "A loop of few encoder steps: the interval in the table is that of their edges. "
-                             "The simulated contact has the "
-                             "printed 250 N·m/rad, which the thesis took from its ramp.")};
+                             "A loop of few encoder steps: the interval in the table is that of their "
+                             "edges. The simulated contact has the printed 250 N·m/rad, which the thesis "
+                             "took from its ramp.")};
   figure.tables = {table_of(findings)};
   figure.plots = findings.plots;
   constexpr std::array<double, 6> kTurns_rad{0, 2e-4, -2e-4, 2e-4, -2e-4, 2e-4};
@@ -165,6 +160,24 @@ Figure theoretical_dahl_curve(const MeasuredExperiment& clean) {
   return figure;
 }
 
+/// The torque of the motor has the sign of the command; the sensor does not report it. After the first cycle.
+Plot loop_of_motor(const MeasuredExperiment& measured) {
+  const identification::Recording& rows = measured.joints.at(0).rows;
+  const auto time_s = rows.column("time_s");
+  const auto position = rows.column("position_rad");
+  const auto command = rows.column("torque_command_Nm");
+  const auto torque = rows.column("torque_measured_Nm");
+  const double settled_s =
+      time_s[0] + measured.setting("rest_s", 2) + 1 / measured.setting("frequency_Hz", 0.1);
+  Series loop{.name = "of the motor, with the sign of the command", .x = {}, .y = {}};
+  for (std::size_t i = 0; i < time_s.size(); i += 10) {
+    if (time_s[i] < settled_s) continue;
+    loop.x.push_back(position[i] - position[0]);
+    loop.y.push_back(std::copysign(torque[i], command[i]));
+  }
+  return {.title = "Torque of the motor over displacement", .x = kAngle, .y = kTorqueAxis, .series = {loop}};
+}
+
 Figure spoiled_dahl_curve(const MeasuredExperiment& offset) {
   const Findings findings = dahl_findings(offset);
   const MeasuredJoint& joint = offset.joints.at(0);
@@ -174,14 +187,15 @@ Figure spoiled_dahl_curve(const MeasuredExperiment& offset) {
       .number = "Figure 20",
       .caption = "Dahl's curve as the youBot shows it",
       .text =
-          "The same experiment on the thesis' robot: about zero the motor gives ±0.03 N·m, and the centre of "
-          "the loop becomes a rectangle, as printed. The sensor reports the current without its sign: as "
-          "measured the lower half of the loop lies above zero."};
+          "The same experiment on the thesis' robot: about zero the motor gives ±0.03 N·m, and the centre "
+          "of the loop becomes a rectangle, as printed. The sensor reports the current without its sign; "
+          "the first plot gives it that of the command, as the thesis' plot has it."};
   figure.compared = {compare("dahl/offset", delivered_below_offset_Nm(offset)),
                      compare("dahl/displacement", highest - lowest)};
   figure.text += " " + findings.title + ".";
   figure.tables = {table_of(findings)};
-  figure.plots = findings.plots;
+  figure.plots = {loop_of_motor(offset)};
+  figure.plots.insert(figure.plots.end(), findings.plots.begin(), findings.plots.end());
   return figure;
 }
 
@@ -234,14 +248,12 @@ Figure positive_torque(const Workshop& workshop) {
       .number = "Figure 24",
       .caption = "A positive torque at the border of stiction: minima that creep",
       .text = fmt::format(
-          "Torque around 0.06 N·m with 0.025 N·m to both sides, above the motor's offset all the time, which "
-          "is therefore "
-          "left out. The wheel has LuGre's law with table 4, the model that the thesis selected: its state "
-          "slips a little under any load, and the minima rise by {:.2g} rad a period. A contact that is "
-          "elastic until it "
-          "breaks away (the thesis' robot of the other figures) gives {:.2g}: it cannot creep. That the "
-          "position falls "
-          "with the torque is the spring of the contact; the thesis suspected magnetic fields or vibration.",
+          "Torque around 0.06 N·m with 0.025 N·m to both sides, above the motor's offset all the time, "
+          "which is therefore left out. The wheel has LuGre's law with table 4, the model that the thesis "
+          "selected: its state slips a little under any load, and the minima rise by {:.2g} rad a period. "
+          "A contact that is elastic until it breaks away (the thesis' robot of the other figures) gives "
+          "{:.2g}: it cannot creep. That the position falls with the torque is the spring of the contact; "
+          "the thesis suspected magnetic fields or vibration.",
           creep(creeping), creep(sticking))};
   figure.compared = {
       compare("creep", creep(creeping),

@@ -86,9 +86,8 @@ Figure table_3() {
       .number = "Table 3",
       .caption = "Sets of velocities of the campaign",
       .text =
-          "As identification/experiments lays them out. The last set cannot be as printed: 13 "
-          "measurements by 0.5 rad/s that end at -10 begin at -4, within the set before; the number "
-          "is kept."};
+          "As identification/experiments lays them out. The last set cannot be as printed: 13 measurements "
+          "by 0.5 rad/s that end at -10 begin at -4, within the set before; the number is kept."};
   FigureTable table{
       .caption = "Velocities", .columns = {{"set"}, {"first", "rad/s"}, {"last", "rad/s"}}, .rows = {}};
   for (std::size_t i = 0; i < kTable3.size(); ++i) {
@@ -166,12 +165,10 @@ Figure friction_maps(const std::vector<fits::StaticMap>& maps) {
       .number = "Figure 15",
       .caption = "Friction over velocity of the four wheels",
       .text = fmt::format("All 312 velocities of table 3, on all wheels at once, with {:g} s to settle and "
-                          "{:g} s of measuring "
-                          "in place of 50 and 30: the simulated drives do not warm up. The sensor reports "
-                          "the current without "
-                          "its sign; friction has that of the velocity. As printed, friction is low between "
-                          "1 and 4 rad/s and then "
-                          "rises steeply, and at high speeds it rises faster backward than forward.",
+                          "{:g} s of measuring in place of 50 and 30: the simulated drives do not warm up. "
+                          "The sensor reports the current without its sign; friction has that of the "
+                          "velocity. As printed, friction is low between 1 and 4 rad/s and then rises "
+                          "steeply, and at high speeds it rises faster backward than forward.",
                           kShortSettle_s, kShortMeasure_s)};
   Plot plot{.title = "Friction over velocity", .x = kWheelVelocity, .y = kWheelFriction, .series = {}};
   FigureTable dips{.caption = "Speed of the least friction above 0.3 rad/s",
@@ -324,18 +321,15 @@ Figure low_speed_fit(const Workshop& workshop, const std::vector<fits::StaticMap
   Figure figure{.number = "Figure 17 and table 4",
                 .caption = "The kinetic friction model fitted to wheel 1 below 1 rad/s",
                 .text = fmt::format("Where table 4 comes from: the thesis fitted it with Matlab's curve "
-                                    "fitting toolbox to raw points of wheel 1, "
-                                    "without those that it left out (the stars of figure 17); neither are "
-                                    "public. It cannot come back from "
-                                    "what is printed: below 1 rad/s appendix A's curve of wheel 1 and the "
-                                    "kinetic friction model with table 4 "
-                                    "are {:.1f} mN·m rms apart, {:.0f} % of the friction there. The curve "
-                                    "has a peak of {:.4f} N·m near rest, the "
-                                    "model goes up to Fs = 0.0898. The first table has the fit to the points "
-                                    "of figure 15. The second one shows "
-                                    "that the method is right: on a simulated wheel whose friction is that "
-                                    "of table 4, the same experiment "
-                                    "and the same fit return table 4.",
+                                    "fitting toolbox to raw points of wheel 1, without those that it left "
+                                    "out (the stars of figure 17); neither are public. It cannot come back "
+                                    "from what is printed: below 1 rad/s appendix A's curve of wheel 1 and "
+                                    "the kinetic friction model with table 4 are {:.1f} mN·m rms apart, "
+                                    "{:.0f} % of the friction there. The curve has a peak of {:.4f} N·m "
+                                    "near rest, the model goes up to Fs = 0.0898. The first table has the "
+                                    "fit to the points of figure 15. The second one shows that the method "
+                                    "is right: on a simulated wheel whose friction is that of table 4, the "
+                                    "same experiment and the same fit return table 4.",
                                     1e3 * apart().rms_Nm, 100 * apart().share, apart().peak_Nm)};
   constexpr const char* kWhy =
       "Fitted to a simulation of the published curve, not to the points behind table 4.";

@@ -21,8 +21,8 @@ class TeleopRig {
 
   /// One cycle. @throws Stopped when the program is asked to end.
   const operation::TeleopRecord& step();
-  /// False if the phase was not reached within `limit`.
-  bool run_until(control::TeleopPhase phase, std::chrono::seconds limit,
+  /// False if the wanted phase was not reached within `limit`.
+  bool run_until(control::TeleopPhase wanted, std::chrono::seconds limit,
                  const std::function<void(const operation::TeleopRecord&)>& each = {});
   control::TeleopPhase phase() const noexcept { return cycle_.task().phase(); }
   bool finished() const noexcept { return cycle_.finished(); }

@@ -81,9 +81,9 @@ Figure first_haptic_test(const Workshop& workshop) {
       .number = "Figure 35",
       .caption = "The first haptic test: a spring holds the pen at the device's origin",
       .text =
-          "The thesis' figure is a drawing of the messages; this is what the test does. A simulated "
-          "hand pulls the pen away and lets it go, and a spring of 200 N/m brings it back. The thesis "
-          "prints no stiffness here."};
+          "The thesis' figure is a drawing of the messages; this is what the test does. A simulated hand "
+          "pulls the pen away and lets it go, and a spring of 200 N/m brings it back. The thesis prints no "
+          "stiffness here."};
   figure.compared = {compare("hold/equilibrium", distance.y.back())};
   const report::Axis time{.label = "time", .unit = "s", .link = "figure 35"};
   figure.plots = {{.title = "Pen from the origin", .x = time, .y = {"distance", "mm"}, .series = {distance}},
@@ -129,10 +129,9 @@ Figure start_up(const Workshop& workshop) {
                 .caption = "Start-up: pen to its origin, arm unfolded, in front of the robot, then stiff",
                 .text =
                     "The simulated robot and a simulated hand, which first holds the pen 47 mm off its "
-                    "origin. Measured in "
-                    "the run: the pull on the pen, the set-point at the end of the approach, the rise of the "
-                    "stiffness, and "
-                    "the force on the robot over that on the hand when the hand rests 30 mm ahead."};
+                    "origin. Measured in the run: the pull on the pen, the set-point at the end of the "
+                    "approach, the rise of the stiffness, and the force on the robot over that on the hand "
+                    "when the hand rests 30 mm ahead."};
   const auto full =
       static_cast<double>(std::ranges::count_if(stiffness, [&](double k) { return k < stiffness.back(); }));
   figure.compared = {
@@ -217,13 +216,10 @@ Figure released_pen(const Workshop& workshop) {
                 .caption = "The released pen whose orientation flips: with and without protection",
                 .text =
                     "The danger that the thesis leaves open: the pen is let go and tips over by 90 degrees "
-                    "in 0.5 s. The arm moves "
-                    "to match the orientation, the pen is pulled after it, and the loop can run away: "
-                    "without protection the pen "
-                    "is thrown about, with the arm alone as in the thesis and with the base. Protected, an "
-                    "energy tank gives "
-                    "the hand no more energy than it gave (a reserve of 5 mJ), and a released handle is "
-                    "detected: the force "
+                    "in 0.5 s. The arm moves to match the orientation, the pen is pulled after it, and the "
+                    "loop can run away: without protection the pen is thrown about, with the arm alone as "
+                    "in the thesis and with the base. Protected, an energy tank gives the hand no more "
+                    "energy than it gave (a reserve of 5 mJ), and a released handle is detected: the force "
                     "goes off and the set-point holds. The thesis found no cure in software and prints no "
                     "number here."};
   FigureTable table{.caption = "Twelve seconds after the flip",
@@ -265,8 +261,8 @@ Figure two_port_measures(const Workshop& workshop) {
                 .caption = "Quantitative measures of the teleoperator",
                 .text =
                     "Measured as `youbot-bench transparency` does, forward, at 700 N/m with the thesis' "
-                    "position-error feedback. "
-                    "The thesis defines the measures and prints the ideal values, but measured none."};
+                    "position-error feedback. The thesis defines the measures and prints the ideal values, "
+                    "but measured none."};
   if (!result->measures) {
     figure.text += " Too few frequencies were coherent.";
     return figure;
@@ -283,8 +279,7 @@ Figure two_port_measures(const Workshop& workshop) {
               "The product of the two: power is scaled down on purpose."),
       compare("human/bandwidth", measures.force.bandwidth_Hz.value_or(std::nan("")),
               "Of force tracking. The robot's joints and the spring between are slower than a hand: "
-              "vibrations of a "
-              "contact are not felt."),
+              "vibrations of a contact are not felt."),
       compare("human/stiffness", 1e-2 * 700.0 / plan.control.feedback.force_scale,
               "700 N/m over the force scale: a wall feels soft, as the thesis says of its own in 3.4.5."),
       compare("human/force", plan.force_limit_N, "The omega.6 itself has 12 N.")};
@@ -334,11 +329,10 @@ Figure qualitative_measures(const Workshop& workshop) {
   Figure figure{.number = "Section 3.2.3.2",
                 .caption = "Qualitative measures of a teleoperation",
                 .text =
-                    "A simulated operator reaches, follows a square, drives far, touches a wall and lets go. "
-                    "The thesis "
-                    "names the measures and prints no values. Every page of a recorded teleoperation has "
-                    "them: section-3.2.3.2/report.html has those of this one, with the match of the "
-                    "workspaces and the human limits of 3.2.3.4."};
+                    "A simulated operator reaches, follows a square, drives far, touches a wall and lets "
+                    "go. The thesis names the measures and prints no values. Every page of a recorded "
+                    "teleoperation has them: section-3.2.3.2/report.html has those of this one, with the "
+                    "match of the workspaces and the human limits of 3.2.3.4."};
   double whole_s = 0;
   FigureTable tasks{.caption = "Tasks",
                     .columns = {{"task"}, {"result"}, {"time", "s", 1}, {"force felt, largest", "N", 2}},

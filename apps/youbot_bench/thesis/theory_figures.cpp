@@ -46,8 +46,8 @@ Figure regimes() {
       .number = "Figure 3",
       .caption = "Pre-sliding, break-away and sliding, at three rates",
       .text =
-          "LuGre's law with the values of table 4, σ0 = 250 N·m/rad and σ1 = 0.127 N·m·s/rad, from rest with "
-          "three accelerations: the faster, the lower the break-away. The thesis' figure is another "
+          "LuGre's law with the values of table 4, σ0 = 250 N·m/rad and σ1 = 0.127 N·m·s/rad, from rest "
+          "with three accelerations: the faster, the lower the break-away. The thesis' figure is another "
           "author's, in arbitrary units: nothing to compare."};
   Plot plot{.title = "Friction over displacement", .x = kDisplacementAxis, .y = kFrictionAxis, .series = {}};
   constexpr double kWay_rad = 0.01;
@@ -81,8 +81,8 @@ Figure hysteresis() {
       .number = "Figure 4",
       .caption = "Pre-sliding hysteresis with an inner loop and non-local memory",
       .text =
-          "The generalised Maxwell-slip law with its default elements. After the inner loop it goes on where "
-          "it left the outer one."};
+          "The generalised Maxwell-slip law with its default elements. After the inner loop it goes on "
+          "where it left the outer one."};
   const LawSweep swept = through(make_law("gms"), kInnerLoop_rad, kSlow_rad_per_s, kStep_s);
   figure.plots = {{.title = "Path",
                    .x = {"time", "s"},

@@ -113,15 +113,14 @@ Subcommand add_thesis(CLI::App& app) {
   CLI::App* const command = app.add_subcommand(
       "thesis", "make the figures and tables of the thesis again, in simulation, beside its printed numbers");
   command->footer(
-      "Writes OUT/report.html, OUT/thesis.json with the compared numbers, and the recordings of each figure. "
-      "Everything runs on the thesis' simulated robot in virtual time, in about a minute.\n"
-      "Exit codes: 0 done, 130 interrupted, 2 usage, 3 disk.");
+      "Writes OUT/report.html, OUT/thesis.json with the compared numbers, and the recordings of each "
+      "figure. Everything runs on the thesis' simulated robot in virtual time, in about a minute.\nExit "
+      "codes: 0 done, 130 interrupted, 2 usage, 3 disk.");
   command->add_option("--out", options->out, "directory for the report and the recordings")->required();
   command
-      ->add_option(
-          "--chapters", options->chapters,
-          "only these, with commas between: specifications, theory, steady-state, presliding, compensation, "
-          "mapping, teleoperation; none named: all")
+      ->add_option("--chapters", options->chapters,
+                   "only these, with commas between: specifications, theory, steady-state, presliding, "
+                   "compensation, mapping, teleoperation; none named: all")
       ->delimiter(',')
       ->check(CLI::IsMember(thesis::chapter_names()).description(""));
   command->add_flag("--quiet", options->quiet, "print problems only");
