@@ -54,7 +54,9 @@ void OdometryCovariance::step(const WheelVector& wheel_position_rad, const Plana
   // Slips of the same size in all four wheels, independent, show as twice that size.
   const double slip_m = std::abs(against_.follow(kNullSpace.dot(turned_m), config_.give_m)) / 2;
   slipped_m_ += slip_m;
-  error_m_ = (config_.share * way_m).array() + slip_m;
+  // A wheel slips in the direction in which it turns.
+  for (Eigen::Index i = 0; i < 4; ++i)
+    error_m_[i] = config_.share * way_m[i] + std::copysign(slip_m, way_m[i]);
 
   Eigen::Matrix<double, 7, 7> carried = Eigen::Matrix<double, 7, 7>::Identity();
   // An error of the heading before this step turns the way of this step.

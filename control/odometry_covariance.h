@@ -10,7 +10,7 @@
 namespace control {
 
 /// The way of wheel i over the floor differs from what its turning shows by
-///   (share · way_i + slip) · e_i,
+///   (share + slip/|way_i|) · way_i · e_i,
 /// with e_i of variance 1, the same over `correlation_m` and another one beyond it (first-order
 /// Gauss-Markov). The share stands for rollers, radius, load and floor. Slip shows where the wheels turn
 /// against each other: four wheels have three freedoms, and n·Δw, with n the null space of the link map, is

@@ -139,6 +139,25 @@ TEST(OdometryCovariance, CoversAWheelThatSpins) {
   EXPECT_LT(std::sqrt(pose(0, 0)), 2 * error.x());
 }
 
+TEST(OdometryCovariance, OfAMirroredMotionIsTheMirroredOne) {
+  // Turns on the spot, to the left and to the right, while one wheel slips by a tenth of its way.
+  const auto turned = [](double sign) {
+    BaseOdometry odometry(map());
+    OdometryCovariance covariance{BaseGeometry{}};
+    WheelVector wheels = WheelVector::Zero();
+    covariance.step(wheels, odometry.step(wheels));
+    for (int i = 0; i < 400; ++i) {
+      wheels += sign * map().wheel_velocity({0, 0, 0.01});
+      wheels[0] += sign * 0.1 * map().wheel_velocity({0, 0, 0.01})[0];
+      covariance.step(wheels, odometry.step(wheels));
+    }
+    return covariance.pose_W();
+  };
+  const Matrix3d left = turned(1), right = turned(-1);
+  EXPECT_NEAR(left(2, 2), right(2, 2), 1e-9 * left(2, 2));
+  EXPECT_GT(std::sqrt(left(2, 2)), 0.02);
+}
+
 TEST(OdometryCovariance, BeginsAgainAfterAReset) {
   OdometryCovariance covariance{BaseGeometry{}};
   covariance.step(WheelVector::Zero(), {});
