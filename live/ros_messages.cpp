@@ -33,10 +33,8 @@ void write(CdrWriter& cdr, const Eigen::Isometry3d& pose) {
   for (const double value : {rotation.x(), rotation.y(), rotation.z(), rotation.w()}) cdr.number(value);
 }
 
-/// Of x, y, z, roll, pitch, yaw, in rows. What the wheels do not measure gets a large variance, as is usual
-/// in ROS.
+/// Of x, y, z, roll, pitch, yaw, in rows.
 void write_planar_covariance(CdrWriter& cdr, const Eigen::Matrix3d& planar) {
-  constexpr double kNotMeasured = 1e6;
   constexpr std::array<Eigen::Index, 6> kPlanar{0, 1, -1, -1, -1, 2};
   for (std::size_t row = 0; row < kPlanar.size(); ++row)
     for (std::size_t column = 0; column < kPlanar.size(); ++column)

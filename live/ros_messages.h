@@ -45,16 +45,20 @@ struct Header {
 void write_pose_stamped(CdrWriter& cdr, const Header& header, const Eigen::Isometry3d& pose);
 void write_wrench_stamped(CdrWriter& cdr, const Header& header, const Eigen::Vector3d& force_N,
                           const Eigen::Vector3d& moment_Nm);
+
+/// Variance of what is not known, as is usual in ROS.
+inline constexpr double kNotMeasured = 1e6;
+
 /// Motion on a level floor. Covariances of x, y, yaw: of `pose` in the frame of the header, of the twist in
 /// that of the child.
 struct Odometry {
   Header header;
   std::string child_frame_id;
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  Eigen::Matrix3d pose_covariance = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d pose_covariance = kNotMeasured * Eigen::Matrix3d::Identity();
   Eigen::Vector3d velocity_m_per_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d rate_rad_per_s = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d twist_covariance = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d twist_covariance = kNotMeasured * Eigen::Matrix3d::Identity();
 };
 void write(CdrWriter& cdr, const Odometry& odometry);
 

@@ -199,7 +199,9 @@ void LiveChannels::publish_odometry(std::uint64_t time_ns, const std::array<doub
   ros::Odometry odometry{
       .header = {Time::from_ns(time_ns), kWorld}, .child_frame_id = kBase, .pose = planar(base_W)};
   covariance_.step(Eigen::Map<const control::WheelVector>(wheel_rad), {base_W[0], base_W[1], base_W[2]});
-  odometry.pose_covariance = covariance_.pose_W();
+  // A filter cannot use a pose without any variance.
+  constexpr double kLeastVariance = 1e-6;  // a millimetre, a milliradian
+  odometry.pose_covariance = covariance_.pose_W() + kLeastVariance * Eigen::Matrix3d::Identity();
   if (before_ && time_ns > before_->time_ns) {
     const double elapsed_s = 1e-9 * static_cast<double>(time_ns - before_->time_ns);
     const Eigen::Vector3d velocity_W = (vector(base_W) - vector(before_->base_W)) / elapsed_s;

@@ -214,6 +214,7 @@ TEST_F(LiveChannelsTest, OdometryHasItsVelocityInTheFrameOfTheBase) {
   channels.publish({.time_ns = kTime_ns, .record = record});
   auto odometry = client.numbers("/odom", 2, 85);
   EXPECT_EQ(odometry[43], 0.0) << "no velocity yet";
+  EXPECT_EQ(odometry[49], 1e6) << "its variance";
   record.odometry_W = {1, 2.01,
                        kTurn + 0.002};  // 0.01 m in the world's y is ahead for a base that looks there
   channels.publish({.time_ns = kTime_ns + 10'000'000, .record = record});
@@ -228,11 +229,12 @@ TEST_F(LiveChannelsTest, OdometryHasItsVelocityInTheFrameOfTheBase) {
   EXPECT_NEAR(odometry[44], -0.002, 1e-4) << "m/s to the left, of which it has turned 2 mrad";
   EXPECT_NEAR(odometry[48], 0.2, 1e-9) << "rad/s";
   // Four wheels that each rolled 0.475 m, with a percent of error: half of that along x.
-  EXPECT_EQ(odometry[7], 0) << "variance of x, known exactly at the start";
+  EXPECT_EQ(odometry[7], 1e-6) << "variance of x: the start is known to a millimetre";
   record.position_rad = {-10, 10, -10, 10};
   channels.publish({.time_ns = kTime_ns + 20'000'000, .record = record});
   odometry = client.numbers("/odom", 2, 85);
-  EXPECT_NEAR(std::sqrt(odometry[7]), 0.475 * 0.01 / 2, 1e-5);
+  EXPECT_NEAR(odometry[7], 1e-6 + std::pow(0.475 * 0.01 / 2, 2), 1e-7);
+  EXPECT_LT(odometry[49], 0.1) << "the velocity is known";
   EXPECT_EQ(odometry[7 + 14], 1e6) << "the height is not measured";
 }
 
