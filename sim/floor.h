@@ -19,7 +19,8 @@ struct FloorPatch {
 };
 
 struct Floor {
-  Eigen::Vector2d slope_W = Eigen::Vector2d::Zero();  ///< rise per metre along x and y; small
+  Eigen::Vector2d slope_W = Eigen::Vector2d::Zero();  ///< rise per metre along x and y; wheel loads and the
+                                                      ///< arm's weight stay as on a level floor
   std::vector<FloorPatch> patches{};
 
   bool is_plain() const noexcept { return patches.empty() && slope_W.isZero(); }

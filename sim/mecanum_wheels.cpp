@@ -69,7 +69,8 @@ MecanumWheelParameters checked(const MecanumWheelParameters& parameters) {
     kRequirePositive(scale, "loaded_friction_scale");
   for (const double scale : parameters.grip_scale) kRequireNotNegative(scale, "grip_scale");
   kRequireNotNegative(parameters.centre_of_mass_height_m, "centre_of_mass_height_m");
-  for (const double rise : parameters.floor.slope_W) kRequireNotNegative(std::abs(rise), "floor slope");
+  if (!parameters.floor.slope_W.allFinite())
+    throw std::invalid_argument("simulated base: the floor's slope must be finite");
   for (const FloorPatch& patch : parameters.floor.patches) {
     kRequireNotNegative(patch.grip, "grip of a floor patch");
     kRequireNotNegative(patch.resistance, "resistance of a floor patch");
@@ -141,11 +142,13 @@ void MecanumWheels::step(const control::PlanarPose& X_WB, const control::PlanarV
   const EachWheel force_y = lean * grip_N + resistance_N / std::sqrt(2.0);
   const EachWheel moment = x * force_y - y * force_x;
   for (int i = 0; i < kCount; ++i) wrench_B += control::PlanarVector(force_x[i], force_y[i], moment[i]);
-  if (const double height_m = parameters_.centre_of_mass_height_m; height_m > 0)
+  if (const double height_m = parameters_.centre_of_mass_height_m; height_m > 0) {
     load_N_ = (equal_load_N_ -
                EachWheel(kAhead.data()) * force_x.sum() * height_m / (2 * parameters_.geometry.wheelbase_m) -
                EachWheel(kLeft.data()) * force_y.sum() * height_m / (2 * parameters_.geometry.track_m))
                   .max(0.0);
+    load_N_ *= kCount * equal_load_N_ / load_N_.sum();  // a wheel that lifts leaves its load to the others
+  }
   const EachWheel load_Nm = forward * r * force_x;
   for (std::size_t i = 0; i < kCount; ++i) wheels_[i].step(load_Nm[static_cast<Eigen::Index>(i)], step_s);
 }

@@ -54,7 +54,8 @@ struct MecanumWheelParameters {
 /// and rolls about its axis against a small resistance. Unaccelerated, the wheels carry equal loads. What the
 /// floor's force F moves between them follows from the moments about the centre of mass at height h:
 ///   N = m·g/4 − a·F_x·h/(2·wheelbase) − l·F_y·h/(2·track),  a = ±1 front/rear,  l = ±1 left/right,
-/// with the force of the step before.
+/// with the force of the step before. A wheel that lifts leaves its load to the others; the body does not
+/// tip.
 class MecanumWheels {
  public:
   static constexpr int kCount = 4;
@@ -75,8 +76,10 @@ class MecanumWheels {
   void set_on_ground(bool on_ground) noexcept;
   bool on_ground() const noexcept { return parameters_.on_ground; }
 
-  /// That the floor carries by this wheel [N].
-  double load_N(std::size_t index) const noexcept { return load_N_[static_cast<Eigen::Index>(index)]; }
+  /// Load that the floor carries under this wheel [N].
+  double load_N(std::size_t index) const noexcept {
+    return on_ground() ? load_N_[static_cast<Eigen::Index>(index)] : 0;
+  }
 
   Drive& operator[](std::size_t index) noexcept { return wheels_[index]; }
   double kinetic_energy_J() const noexcept;

@@ -306,6 +306,25 @@ TEST(Base, WhatAcceleratesItMovesLoadBetweenItsWheels) {
       << left_N.transpose();
 }
 
+TEST(Base, TheFloorCarriesTheWeightAlsoWhenAWheelLifts) {
+  BaseParameters parameters = frictionless();
+  parameters.centre_of_mass_height_m = 1;
+  Base base(parameters);
+  double lightest_N = parameters.mass_kg * model::kGravity_m_per_s2;
+  for (int ms = 0; ms < 300; ++ms) {
+    run(base, 3 * kLeft, 1);
+    double sum_N = 0;
+    for (int wheel = 0; wheel < 4; ++wheel) {
+      sum_N += base.wheel_load_N(wheel);
+      lightest_N = std::min(lightest_N, base.wheel_load_N(wheel));
+    }
+    ASSERT_NEAR(sum_N, parameters.mass_kg * model::kGravity_m_per_s2, 1e-9);
+  }
+  EXPECT_EQ(lightest_N, 0);
+  base.set_on_ground(false);
+  EXPECT_EQ(base.wheel_load_N(2), 0);
+}
+
 TEST(Base, APatchOfFloorHasItsOwnGripAndResistance) {
   BaseParameters plain = noiseless();
   BaseParameters patched = plain;
