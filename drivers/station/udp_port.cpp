@@ -102,7 +102,8 @@ UdpPort UdpPort::towards(const std::string& address) {
     const auto same = [&](const Address& other) {
       return other.size == possible.size && std::memcmp(&other.bytes, &possible.bytes, other.size) == 0;
     };
-    if (std::ranges::none_of(port.possible_, same)) port.possible_.push_back(possible);
+    if (port.possible_.size() < kMaxAddresses && std::ranges::none_of(port.possible_, same))
+      port.possible_.push_back(possible);
   }
   port.other_ = port.possible_.front();
   return port;

@@ -10,6 +10,9 @@
 
 namespace drivers::station {
 
+/// Of a name; further ones are not tried.
+inline constexpr std::size_t kMaxAddresses = 8;
+
 /// Datagrams of every sender arrive: the session above authenticates them.
 class UdpPort final : public DatagramPort {
  public:

@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "drivers/setup_error.h"
+#include "drivers/station/endpoint.h"
 #include "tests/support/skip.h"
 #include "tests/support/temporary_directory.h"
 
@@ -41,14 +42,15 @@ std::string free_port() {
   return std::to_string(ntohs(address.sin6_port));
 }
 
-/// The next datagram, waited for.
+/// The next datagram, waited for; empty if none comes.
 Bytes received(UdpPort& port) {
   std::array<std::uint8_t, 64> buffer{};
-  for (;;) {
+  for (const auto end = std::chrono::steady_clock::now() + 20s; std::chrono::steady_clock::now() < end;) {
     if (const std::size_t size = port.receive(buffer); size > 0)
       return {buffer.begin(), buffer.begin() + size};
     std::this_thread::sleep_for(1ms);
   }
+  return {};
 }
 
 void expect_both_ways(UdpPort& robot, UdpPort& operating) {
@@ -60,6 +62,22 @@ void expect_both_ways(UdpPort& robot, UdpPort& operating) {
   operating.adopt_sender();
   operating.send(Bytes{5, 6});
   EXPECT_EQ(received(robot), (Bytes{5, 6}));
+}
+
+/// Both stations find each other over these ports.
+void expect_connection(UdpPort& robot_port, UdpPort& operator_port) {
+  RobotEndpoint robot(robot_port, Key({1}), {});
+  OperatorEndpoint operating(operator_port, Key({1}), {});
+  std::chrono::nanoseconds now{};
+  for (int i = 0; i < 5000 && !(robot.connected(now) && operating.connected(now)); ++i) {
+    now += 1ms;
+    (void)operating.poll(now);
+    operating.send({.enable = true}, {}, now);
+    (void)robot.poll(now);
+    robot.send({.enable = true}, {}, now);
+  }
+  EXPECT_TRUE(robot.connected(now));
+  EXPECT_TRUE(operating.connected(now));
 }
 
 TEST(StationUdpPort, CarriesBothFamilies) {
@@ -101,7 +119,25 @@ TEST(StationUdpPort, FindsTheAddressAtWhichTheRobotListens) {
     std::thread([&] {
       operating.emplace(towards_named(port, {"::1", "127.0.0.1"}, folder / "hosts"));
     }).join();
-    expect_both_ways(robot, *operating);
+    expect_connection(robot, *operating);
+  }
+}
+
+TEST(StationUdpPort, TriesUpToEightAddresses) {
+  SKIP_UNLESS(::geteuid() == 0, "needs root, for a mount of its own");
+  const support::TemporaryDirectory folder;
+  const std::string port = free_port();
+  for (const int last : {8, 9}) {
+    std::vector<std::string> addresses;
+    for (int i = 1; i <= last; ++i) addresses.push_back("127.0.0." + std::to_string(i));
+    UdpPort robot = UdpPort::listening("0.0.0.0:" + port);
+    std::optional<UdpPort> operating;
+    std::thread([&] { operating.emplace(towards_named(port, addresses, folder / "hosts")); }).join();
+    operating->send_to_all(Bytes{7});
+    // All reach it: it listens at every address of this machine.
+    for (int i = 0; i < 8; ++i) EXPECT_EQ(received(robot), Bytes{7}) << i;
+    std::array<std::uint8_t, 64> buffer{};
+    EXPECT_EQ(robot.receive(buffer), 0) << last;
   }
 }
 
