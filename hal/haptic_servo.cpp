@@ -25,7 +25,7 @@ Vector3d within(const Vector3d& v, double longest) noexcept {
 
 std::uint32_t whole_microseconds(nanoseconds time) noexcept {
   const auto count = std::chrono::duration_cast<std::chrono::microseconds>(time).count();
-  return static_cast<std::uint32_t>(std::clamp<std::int64_t>(count, 0, UINT32_MAX));
+  return static_cast<std::uint32_t>(std::clamp<std::int64_t>(count, 0, INT32_MAX));
 }
 
 }  // namespace
