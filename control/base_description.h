@@ -33,16 +33,32 @@ struct BaseDescription {
   struct Wheel {
     std::string name;
     double radius_m = 0;
-    double angle_rad = 0;  ///< omni: place around the centre, from +x, counter-clockwise
+    double angle_rad = 0;      ///< omni: place around the centre, from +x, counter-clockwise
+    double torque_scale = 1;   ///< true torque over the reported one
+    double offset_Nm = 0;      ///< part of the torque that moves nothing
+    double inertia_kg_m2 = 0;  ///< about its axle, with rotor and gear
+    double coulomb_Nm = 0;
+    double viscous_Nm_s_per_rad = 0;
   };
   struct Floor {
     std::string name;
-    double slip = 0;  ///< share of the motion that is lost
+    double slip = 0;          ///< share of the motion that is lost
+    double resistance_N = 0;  ///< against rolling, of all wheels together
   };
   struct Tracking {
     Eigen::Vector2d p_BT_m = Eigen::Vector2d::Zero();
     double yaw_BT_rad = 0;
     double scale = 1;
+  };
+  /// The whole base, wheels included.
+  struct Body {
+    double mass_kg = 0;                                ///< 0: unknown; its forces are not compared
+    double yaw_inertia_kg_m2 = 0;                      ///< about the centre of mass
+    Eigen::Vector2d p_BC_m = Eigen::Vector2d::Zero();  ///< centre of mass
+    double sideways_resistance_N = 0;                  ///< against motion along y, of rollers
+    double turning_resistance_Nm = 0;                  ///< against turning, of tyres and castors
+    Eigen::Vector2d slope =
+        Eigen::Vector2d::Zero();  ///< rise of the floor along x and y of the tracker's frame
   };
 
   BaseKinematics kinematics = BaseKinematics::kDifferential;
@@ -56,6 +72,7 @@ struct BaseDescription {
   double slip_with_load = 0;  ///< share that a wheel loses per unit of its load
   std::vector<Floor> floors{};
   Tracking tracking{};
+  Body body{};
 };
 
 }  // namespace control

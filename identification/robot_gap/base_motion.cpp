@@ -73,6 +73,8 @@ BaseRun run_of(const BaseRecording& recording, std::size_t first, std::size_t la
       run.angle_rad(w, i) = run.angle_rad(w, i - 1) + mean * (run.time_s[at] - run.time_s[at - 1]);
     }
   }
+  run.is_speed = std::ranges::count(recording.is_speed, true) == wheels;
+  if (recording.torque_Nm.size() > 0) run.torque_Nm = recording.torque_Nm.middleCols(from, rows);
   if (recording.load.size() == 0) return run;
   run.loaded_rad = Eigen::MatrixXd::Zero(wheels, rows);
   for (Eigen::Index w = 0; w < wheels; ++w)
@@ -418,6 +420,7 @@ BaseRecording set_aside(BaseRecording& whole) {
     result.is_speed = whole.is_speed;
     result.wheel = whole.wheel(Eigen::all, which);
     if (whole.load.size() > 0) result.load = whole.load(Eigen::all, which);
+    if (whole.torque_Nm.size() > 0) result.torque_Nm = whole.torque_Nm(Eigen::all, which);
     for (const Eigen::Index row : which) {
       const auto i = static_cast<std::size_t>(row);
       result.time_s.push_back(whole.time_s[i]);

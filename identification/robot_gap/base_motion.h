@@ -15,13 +15,14 @@ namespace identification::robot_gap {
 
 /// One recording of a base, as measured, SI.
 struct BaseRecording {
-  std::string name;                       ///< of the file, in reports
-  int floor = -1;                         ///< of the description's floors; −1: none of them
-  std::vector<double> time_s;             ///< increasing
-  std::vector<double> run{};              ///< a new value starts a new run; empty: one run
-  Eigen::MatrixXd wheel;                  ///< wheels × rows: angle [rad], or speed [rad/s]
-  std::vector<bool> is_speed;             ///< of each wheel
-  Eigen::MatrixXd load{};                 ///< wheels × rows, magnitude in any unit; empty: not measured
+  std::string name;             ///< of the file, in reports
+  int floor = -1;               ///< of the description's floors; −1: none of them
+  std::vector<double> time_s;   ///< increasing
+  std::vector<double> run{};    ///< a new value starts a new run; empty: one run
+  Eigen::MatrixXd wheel;        ///< wheels × rows: angle [rad], or speed [rad/s]
+  std::vector<bool> is_speed;   ///< of each wheel
+  Eigen::MatrixXd load{};       ///< wheels × rows, magnitude in any unit; empty: not measured
+  Eigen::MatrixXd torque_Nm{};  ///< wheels × rows, as reported, positive with the angles; empty: not measured
   std::vector<double> steering_rad{};     ///< of a tricycle
   std::vector<control::PlanarPose> pose;  ///< of the tracked body in any fixed frame; yaw may wrap
 };
@@ -39,6 +40,8 @@ struct BaseRun {
   std::vector<double> time_s;
   Eigen::MatrixXd angle_rad;   ///< wheels × rows, accumulated
   Eigen::MatrixXd loaded_rad;  ///< the same of angle times load; empty: not measured
+  Eigen::MatrixXd torque_Nm;   ///< wheels × rows; empty: not measured
+  bool is_speed = false;       ///< speeds of wheels were recorded, not angles
   std::vector<double> steering_rad;
   std::vector<BaseTrack> tracks;
 };

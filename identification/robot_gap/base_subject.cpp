@@ -1,6 +1,5 @@
 #include "identification/robot_gap/base_subject.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -12,6 +11,7 @@
 #include "identification/fit/statistics.h"
 #include "identification/gap/parallel.h"
 #include "identification/robot_gap/base_experiments.h"
+#include "identification/robot_gap/base_information.h"
 
 namespace identification::robot_gap {
 namespace {
@@ -28,11 +28,7 @@ constexpr double kDelayLeft_s = 0.03;
 constexpr double kDelayChange_s = 0.01;
 constexpr double kShortestWindow_s = 0.25;
 constexpr double kLongestWindow_s = 30;
-/// Lengths that are tried, each so many times the one before; the longest is taken whose information is less
-/// than the best's by no more than this logarithm.
 constexpr double kStride = 0.5;
-constexpr double kLonger = 1.25;
-constexpr double kAlmost = 0.3;
 /// Periods of the poses in a window.
 constexpr double kLeastPoses = 2;
 /// Parts of a window from which its noise is estimated.
@@ -72,16 +68,6 @@ std::string base_text(const char* format, Values... values) {
   return text;
 }
 
-const char* turning_name(BaseKinematics kinematics) {
-  switch (kinematics) {
-    case BaseKinematics::kDifferential: return "track_m";
-    case BaseKinematics::kTricycle: return "wheelbase_m";
-    case BaseKinematics::kOmni: return "radius_m";
-    case BaseKinematics::kMecanum: return "turning_length_m";
-  }
-  return "";
-}
-
 }  // namespace
 
 BaseSubject::BaseSubject(const BaseDescription& given, std::vector<BaseRecording> data,
@@ -113,8 +99,9 @@ BaseSubject::BaseSubject(const BaseDescription& given, std::vector<BaseRecording
       leave_out_outliers(*own, what);
     }
   }
-  plan_rows(data_, searched_);
-  plan_rows(held_, held_out_);
+  compare_efforts(data, held_out);
+  plan_rows(Part::kSearched, searched_);
+  plan_rows(Part::kHeldOut, held_out_);
   if (searched_.blocks() < kFewestBaseBlocks)
     throw std::invalid_argument(base_text(
         "the recordings are too short: %d stretches of %.2g s in motion, at least %d are needed; record more "
@@ -150,10 +137,7 @@ void BaseSubject::see_speeds() {
   turn_rad_per_s_ = quantile(std::move(turns), 0.95);
 }
 
-/// The longest window that is almost as informative as the best. Noise of the poses, and what comes and goes
-/// when the base starts and stops, is in each window once, while what a wrong parameter does adds up: long
-/// windows see more, up to where it cancels or the windows are too few. Of those that see as much, in the
-/// longest most of the disagreement is not noise.
+/// What comes and goes when the base starts and stops is in each window once, as is noise of the poses.
 double BaseSubject::chosen_window_s(Compared what, double wanted_s) {
   const double pose_s = median_pose_period_s(data_.motions);
   const double least_s = std::max(kShortestWindow_s, kLeastPoses * pose_s);
@@ -167,7 +151,7 @@ double BaseSubject::chosen_window_s(Compared what, double wanted_s) {
   const double most_s = std::min(kLongestWindow_s, moving_s_ / kFewestWindows);
   std::vector<double> information;
   std::vector<double> lengths_s;
-  for (double length_s = least_s; length_s < std::max(most_s, 1.01 * least_s); length_s *= kLonger) {
+  for (double length_s = least_s; length_s < std::max(most_s, 1.01 * least_s); length_s *= kLongerWindow) {
     const Windows windows = planned(data_.motions, length_s);
     double count = 0;
     for (const std::vector<PlannedWindow>& own : windows) count += static_cast<double>(own.size());
@@ -175,14 +159,9 @@ double BaseSubject::chosen_window_s(Compared what, double wanted_s) {
     information.push_back(information_in(data_.motions, windows, what));
     lengths_s.push_back(length_s);
   }
-  const auto best = std::ranges::max_element(information);
-  auto chosen = best;
-  while (chosen + 1 != information.end() && *(chosen + 1) >= *best - kAlmost) ++chosen;
-  return lengths_s[static_cast<std::size_t>(chosen - information.begin())];
+  return longest_informative_s(information, lengths_s);
 }
 
-/// Mean over the parameters of the logarithm of how often each is determined, by itself, against what all of
-/// them together leave.
 double BaseSubject::information_in(const std::vector<BaseMotion>& motions, const Windows& windows,
                                    Compared what) const {
   const Eigen::Index first = what == kPlace ? 0 : 2;
@@ -190,33 +169,22 @@ double BaseSubject::information_in(const std::vector<BaseMotion>& motions, const
   const auto own = [&](const Eigen::MatrixX3d& all) {
     return Eigen::VectorXd(all.middleCols(first, channels).reshaped());
   };
-  const Eigen::VectorXd none = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(knobs_.size()));
+  const auto terms = static_cast<Eigen::Index>(
+      std::ranges::count(terms_.terms, false, &BaseTerm::of_forces));  // those of forces come last
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(terms_.terms.size()));
   Eigen::MatrixX3d left = -displacements(motions, windows, given_, 1);
   const Eigen::Index count = left.rows();
   Eigen::Index row = 0;
   for (const std::vector<PlannedWindow>& of_motion : windows)
     for (const PlannedWindow& one : of_motion) left.row(row++) += one.window.measured;
-  Eigen::MatrixXd slopes(channels * count, static_cast<Eigen::Index>(knobs_.size()) + 1);
-  gap::in_parallel(knobs_.size(), [&](std::size_t k) {
+  Eigen::MatrixXd slopes(channels * count, terms + 1);
+  gap::in_parallel(static_cast<std::size_t>(terms), [&](std::size_t k) {
     slopes.col(static_cast<Eigen::Index>(k)) = own(slope(motions, windows, none, k));
   });
   slopes.rightCols(1) =
       own(displacements(motions, windows, given_, 2) - displacements(motions, windows, given_, 0)) /
       (2 * kDelayChange_s);
-  const Eigen::VectorXd residual = own(left);
-  const Eigen::VectorXd by = slopes.completeOrthogonalDecomposition().solve(residual);
-  const double free = std::max(1.0, static_cast<double>(residual.size() - slopes.cols()));
-  const double variance =
-      std::max(kSmallestFloor * kSmallestFloor, (residual - slopes * by).squaredNorm() / free);
-  double sum = 0;
-  double shown = 0;
-  for (Eigen::Index k = 0; k + 1 < slopes.cols(); ++k) {
-    const double squares = slopes.col(k).squaredNorm();
-    if (!(squares > 0)) continue;
-    sum += std::log(squares / variance);
-    ++shown;
-  }
-  return shown > 0 ? sum / shown : 0;
+  return information_of(slopes, own(left), terms);
 }
 
 BaseSubject::Windows BaseSubject::planned(const std::vector<BaseMotion>& motions, double window_s) const {
@@ -265,7 +233,7 @@ void BaseSubject::leave_out_outliers(Side& side, Compared what) {
 }
 
 void BaseSubject::find_floor(std::span<const BaseRecording> recordings) {
-  floor_.resize(3);
+  floor_.resize(static_cast<Eigen::Index>(channels_.size()));
   for (const Compared what : {kPlace, kHeading}) {
     Eigen::Vector2d travel_m2 = Eigen::Vector2d::Zero();
     double count = 0;
@@ -283,21 +251,51 @@ void BaseSubject::find_floor(std::span<const BaseRecording> recordings) {
     for (Eigen::Index channel = 0; channel < 3; ++channel)
       if (compared_of(channel) == what) floor_[channel] = floor[channel];
   }
+  for (std::size_t i = 0; i < axes_.size(); ++i)
+    floor_[static_cast<Eigen::Index>(3 + i)] = efforts_->floor()[axes_[i]];
+}
+
+void BaseSubject::compare_efforts(std::span<const BaseRecording> data,
+                                  std::span<const BaseRecording> held_out) {
+  const auto has_torque = [](const BaseRecording& one) { return one.torque_Nm.size() > 0; };
+  if (given_.body.mass_kg == 0 || !std::ranges::all_of(data, has_torque) ||
+      !std::ranges::all_of(held_out, has_torque))
+    return;
+  BaseCatalogue with_forces = base_catalogue(given_, data, true);
+  std::swap(terms_, with_forces);
+  efforts_.emplace(given_, terms_, data_.motions, held_.motions);
+  if (!efforts_->is_enough()) {
+    efforts_.reset();
+    std::swap(terms_, with_forces);
+    notes_.push_back(
+        "forces are not compared: all wheels turn together for too short a time; record longer motions in "
+        "which no wheel stands still");
+    return;
+  }
+  catalogue_ = terms_.catalogue;
+  axes_ = effort_axes(given_.kinematics);
+  for (Channel& channel : effort_channels(given_.kinematics)) channels_.push_back(std::move(channel));
+  notes_.push_back(base_text("torques are %.3g s behind the wheels' motion; they are compared without it",
+                             efforts_->lag_s()));
 }
 
 /// Blocks are stretches of time of one run.
-void BaseSubject::plan_rows(const Side& side, RowPlan& plan) const {
+void BaseSubject::plan_rows(Part part, RowPlan& plan) const {
+  const Side& own = side(part);
   std::size_t all = 0;
-  for (const std::vector<PlannedWindow>& windows : side.windows[kPlace]) all += windows.size();
+  for (const std::vector<PlannedWindow>& windows : own.windows[kPlace]) all += windows.size();
   // Neighbours share windows: blocks are longer than those, as long as there are enough.
   const double longest = std::max(window_s_[kPlace], window_s_[kHeading]) / (kStride * window_s_[kPlace]);
   const auto size = static_cast<std::size_t>(std::max(
       {1.0, std::round(static_cast<double>(all) / kWantedBaseBlocks),
        std::min(std::round(2 * longest), std::floor(static_cast<double>(all) / kEnoughBaseBlocks))}));
-  for (std::size_t m = 0; m < side.motions.size(); ++m) {
-    const std::vector<PlannedWindow>& places = side.windows[kPlace][m];
-    const std::vector<PlannedWindow>& headings = side.windows[kHeading][m];
+  for (std::size_t m = 0; m < own.motions.size(); ++m) {
+    const std::vector<PlannedWindow>& places = own.windows[kPlace][m];
+    const std::vector<PlannedWindow>& headings = own.windows[kHeading][m];
+    static const std::vector<EffortWindow> kNone;
+    const std::vector<EffortWindow>& efforts = efforts_ ? efforts_->windows(part)[m] : kNone;
     std::size_t heading = 0;
+    std::size_t effort = 0;
     for (std::size_t first = 0; first < places.size();) {
       const std::size_t run = places[first].window.run;
       std::size_t of_run = first;
@@ -306,6 +304,7 @@ void BaseSubject::plan_rows(const Side& side, RowPlan& plan) const {
       const std::size_t count = of_run - first;
       const std::size_t blocks = std::max<std::size_t>(1, (count + size / 2) / size);
       while (heading < headings.size() && headings[heading].window.run < run) ++heading;
+      while (effort < efforts.size() && efforts[effort].run < run) ++effort;
       for (std::size_t b = 0; b < blocks; ++b) {
         const std::size_t end = first + (b + 1) * count / blocks;
         const auto add = [&](Eigen::Index channel, std::size_t at) {
@@ -319,6 +318,10 @@ void BaseSubject::plan_rows(const Side& side, RowPlan& plan) const {
                (is_last || headings[heading].window.start_s < places[end].window.start_s);
              ++heading)
           add(2, heading);
+        for (; effort < efforts.size() && efforts[effort].run == run &&
+               (is_last || efforts[effort].start_s < places[end].window.start_s);
+             ++effort)
+          for (std::size_t i = 0; i < axes_.size(); ++i) add(static_cast<Eigen::Index>(3 + i), effort);
         plan.block_motion.push_back(m);
       }
       first = of_run;
@@ -326,68 +329,9 @@ void BaseSubject::plan_rows(const Side& side, RowPlan& plan) const {
   }
 }
 
-void BaseSubject::add_term(std::string name, double given, gap::Bounds change, Knob knob) {
-  catalogue_.terms.push_back({.name = std::move(name), .given = given, .change = change, .is_linear = false});
-  knobs_.push_back(knob);
-}
-
-void BaseSubject::add_candidate(std::string effect, int part, std::string part_name, std::size_t terms) {
-  Candidate one{.effect = std::move(effect), .part = part, .part_name = std::move(part_name), .terms = {}};
-  for (std::size_t k = terms; k > 0; --k) one.terms.push_back(catalogue_.terms.size() - k);
-  catalogue_.candidates.push_back(std::move(one));
-}
-
 void BaseSubject::list_terms(std::span<const BaseRecording> recordings) {
-  using KnobKind = Knob::Kind;
-  constexpr double kFactor = 0.5;     // of a length or radius
-  constexpr double kAngle_rad = 0.5;  // linear enough
-  constexpr double kMostSlip = 0.9;
-  constexpr double kSmall = 1e-4;
-  const bool sideways =
-      given_.kinematics == BaseKinematics::kOmni || given_.kinematics == BaseKinematics::kMecanum;
-  const auto length = [](double value) { return gap::Bounds{-kFactor * value, value / kFactor - value}; };
-  const auto slip = [](double value) {
-    return gap::Bounds{std::min(0.0, -value), std::max(0.0, kMostSlip - value)};
-  };
-
-  double mean_m = 0;
-  for (const BaseDescription::Wheel& wheel : given_.wheels)
-    mean_m += wheel.radius_m / static_cast<double>(given_.wheels.size());
-  add_term("radius_m", mean_m, length(mean_m), {KnobKind::kAllRadii, 0, kSmall * mean_m});
-  add_candidate("wheel_radius", -1, "base", 1);
-  add_term(turning_name(given_.kinematics), given_.turning_length_m, length(given_.turning_length_m),
-           {KnobKind::kTurningLength, 0, kSmall * given_.turning_length_m});
-  add_candidate("turning_geometry", -1, "base", 1);
-  if (given_.wheels.size() > 1)
-    for (std::size_t w = 0; w < given_.wheels.size(); ++w) {
-      const double radius_m = given_.wheels[w].radius_m;
-      add_term("radius_m", radius_m, length(radius_m), {KnobKind::kRadius, w, kSmall * radius_m});
-      add_candidate("wheel_radius", static_cast<int>(w), given_.wheels[w].name, 1);
-    }
-  if (given_.kinematics == BaseKinematics::kTricycle) {
-    add_term("steering_offset_rad", given_.steering_offset_rad, {-kAngle_rad, kAngle_rad},
-             {KnobKind::kSteeringOffset, 0, kSmall});
-    add_candidate("steering_offset", -1, "steering", 1);
-  }
-  const double scale = given_.tracking.scale;
-  add_term("scale", scale, length(scale), {KnobKind::kTrackingScale, 0, kSmall * scale});
-  add_candidate("tracking_scale", -1, "tracking", 1);
-  add_term("yaw_rad", given_.tracking.yaw_BT_rad, {-kAngle_rad, kAngle_rad},
-           {KnobKind::kTrackingYaw, 0, kSmall});
-  add_candidate("tracking_yaw", -1, "tracking", 1);
-  const gap::Bounds anywhere{-10 * given_.turning_length_m, 10 * given_.turning_length_m};
-  add_term("offset_x_m", given_.tracking.p_BT_m.x(), anywhere, {KnobKind::kTrackingX, 0, kSmall});
-  add_term("offset_y_m", given_.tracking.p_BT_m.y(), anywhere, {KnobKind::kTrackingY, 0, kSmall});
-  add_candidate("tracking_offset", -1, "tracking", 2);
-  add_term("slip_forward", given_.slip_forward, slip(given_.slip_forward),
-           {KnobKind::kSlipForward, 0, kSmall});
-  add_candidate("slip_forward", -1, "base", 1);
-  if (sideways) {
-    add_term("slip_sideways", given_.slip_sideways, slip(given_.slip_sideways),
-             {KnobKind::kSlipSideways, 0, kSmall});
-    add_candidate("slip_sideways", -1, "base", 1);
-  }
-
+  terms_ = base_catalogue(given_, recordings, false);
+  catalogue_ = terms_.catalogue;
   load_.assign(given_.wheels.size(), 0);
   double loaded = 0;
   double largest = 0;
@@ -399,49 +343,11 @@ void BaseSubject::list_terms(std::span<const BaseRecording> recordings) {
       load_[w] += recording.load.row(static_cast<Eigen::Index>(w)).mean();
   }
   for (double& one : load_) one /= std::max(1.0, loaded);
-  if (largest > 0) {
-    add_term(
-        "slip_with_load", given_.slip_with_load,
-        {std::min(0.0, -given_.slip_with_load), std::max(0.0, kMostSlip / largest - given_.slip_with_load)},
-        {KnobKind::kSlipWithLoad, 0, kSmall / largest});
-    add_candidate("slip_with_load", -1, "base", 1);
-  } else {
-    load_.clear();
-  }
-
-  for (std::size_t f = 0; f < given_.floors.size(); ++f) {
-    const auto on = std::ranges::count(recordings, static_cast<int>(f), &BaseRecording::floor);
-    if (on == 0 || on == static_cast<std::ptrdiff_t>(recordings.size())) continue;
-    add_term("slip", given_.floors[f].slip, slip(given_.floors[f].slip), {KnobKind::kFloorSlip, f, kSmall});
-    add_candidate("floor_slip", -1, given_.floors[f].name, 1);
-  }
+  if (!(largest > 0)) load_.clear();
 }
 
 BaseDescription BaseSubject::changed(const Eigen::VectorXd& changes) const {
-  using KnobKind = Knob::Kind;
-  BaseDescription base = given_;
-  for (std::size_t k = 0; k < knobs_.size(); ++k) {
-    const double by = changes[static_cast<Eigen::Index>(k)];
-    const std::size_t index = knobs_[k].index;
-    switch (knobs_[k].kind) {
-      case KnobKind::kAllRadii:
-        for (BaseDescription::Wheel& wheel : base.wheels)
-          wheel.radius_m *= 1 + by / catalogue_.terms[k].given;
-        break;
-      case KnobKind::kRadius: base.wheels[index].radius_m += by; break;
-      case KnobKind::kTurningLength: base.turning_length_m += by; break;
-      case KnobKind::kSteeringOffset: base.steering_offset_rad += by; break;
-      case KnobKind::kTrackingScale: base.tracking.scale += by; break;
-      case KnobKind::kTrackingX: base.tracking.p_BT_m.x() += by; break;
-      case KnobKind::kTrackingY: base.tracking.p_BT_m.y() += by; break;
-      case KnobKind::kTrackingYaw: base.tracking.yaw_BT_rad += by; break;
-      case KnobKind::kSlipForward: base.slip_forward += by; break;
-      case KnobKind::kSlipSideways: base.slip_sideways += by; break;
-      case KnobKind::kSlipWithLoad: base.slip_with_load += by; break;
-      case KnobKind::kFloorSlip: base.floors[index].slip += by; break;
-    }
-  }
-  return base;
+  return robot_gap::changed(given_, terms_, changes);
 }
 
 Eigen::MatrixX3d BaseSubject::displacements(const std::vector<BaseMotion>& motions, const Windows& windows,
@@ -460,7 +366,7 @@ Eigen::MatrixX3d BaseSubject::displacements(const std::vector<BaseMotion>& motio
 Eigen::MatrixX3d BaseSubject::slope(const std::vector<BaseMotion>& motions, const Windows& windows,
                                     const Eigen::VectorXd& changes, std::size_t term) const {
   const auto own = static_cast<Eigen::Index>(term);
-  const double step = knobs_[term].step;
+  const double step = terms_.terms[term].step;
   Eigen::VectorXd moved = changes;
   moved[own] = changes[own] + step;
   const Eigen::MatrixX3d more = displacements(motions, windows, changed(moved), 1);
@@ -468,54 +374,97 @@ Eigen::MatrixX3d BaseSubject::slope(const std::vector<BaseMotion>& motions, cons
   return (more - displacements(motions, windows, changed(moved), 1)) / (2 * step);
 }
 
-template <class Of>
-Eigen::VectorXd BaseSubject::in_rows(Part part, Of of) const {
+template <class Of, class OfEfforts>
+Eigen::VectorXd BaseSubject::in_rows(Part part, Of of, OfEfforts of_efforts) const {
   const Side& own = side(part);
-  std::array<Eigen::MatrixX3d, 2> all;
-  std::array<std::vector<std::size_t>, 2> first;  // of each motion
-  for (const Compared what : {kPlace, kHeading}) {
-    all[what] = of(own.windows[what]);
+  std::array<Eigen::MatrixX3d, 3> all;
+  std::array<std::vector<std::size_t>, 3> first;  // of each motion
+  const auto count = [&](Compared what, const auto& of_motions) {
     std::size_t next = 0;
-    for (const std::vector<PlannedWindow>& windows : own.windows[what]) {
+    for (const auto& windows : of_motions) {
       first[what].push_back(next);
       next += windows.size();
     }
+  };
+  for (const Compared what : {kPlace, kHeading}) {
+    all[what] = of(own.windows[what]);
+    count(what, own.windows[what]);
+  }
+  if (efforts_) {
+    all[kEffort] = of_efforts();
+    count(kEffort, efforts_->windows(part));
   }
   const std::vector<RowPlan::Row>& rows = plan(part).rows;
   Eigen::VectorXd result(static_cast<Eigen::Index>(rows.size()));
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const Compared what = compared_of(rows[i].channel);
+    const Eigen::Index column =
+        what == kEffort ? axes_[static_cast<std::size_t>(rows[i].channel - 3)] : rows[i].channel;
     result[static_cast<Eigen::Index>(i)] =
-        all[what](static_cast<Eigen::Index>(first[what][rows[i].motion] + rows[i].at), rows[i].channel);
+        all[what](static_cast<Eigen::Index>(first[what][rows[i].motion] + rows[i].at), column);
   }
   return result;
 }
 
 ComparedRows BaseSubject::compare(Part part, const Fitted& at, std::span<const std::size_t> terms) const {
-  const auto count = static_cast<Eigen::Index>(plan(part).rows.size());
   const std::vector<BaseMotion>& motions = side(part).motions;
-  ComparedRows result;
-  result.measured.resize(count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const auto row = static_cast<std::size_t>(i);
-    result.measured[i] = window_of(part, row).measured[plan(part).rows[row].channel];
-  }
+  const auto measured_in = [](const Windows& windows) {
+    std::vector<PlanarVector> all;
+    for (const std::vector<PlannedWindow>& own : windows)
+      for (const PlannedWindow& one : own) all.push_back(one.window.measured);
+    Eigen::MatrixX3d result(static_cast<Eigen::Index>(all.size()), 3);
+    for (std::size_t i = 0; i < all.size(); ++i) result.row(static_cast<Eigen::Index>(i)) = all[i];
+    return result;
+  };
+  const auto no_efforts = [&] {
+    std::size_t count = 0;
+    for (const std::vector<EffortWindow>& own : efforts_->windows(part)) count += own.size();
+    return Eigen::MatrixX3d::Zero(static_cast<Eigen::Index>(count), 3).eval();
+  };
+  const auto no_motion = [](const Windows& windows) {
+    std::size_t count = 0;
+    for (const std::vector<PlannedWindow>& own : windows) count += own.size();
+    return Eigen::MatrixX3d::Zero(static_cast<Eigen::Index>(count), 3).eval();
+  };
   const BaseDescription base = changed(at.changes);
+  ComparedRows result;
   const auto delay = static_cast<Eigen::Index>(terms.size());
-  result.columns.resize(count, delay + 1);
-  gap::in_parallel(terms.size() + 2, [&](std::size_t k) {
-    if (k == terms.size() + 1)
-      result.predicted =
-          in_rows(part, [&](const Windows& windows) { return displacements(motions, windows, base, 1); });
-    else if (k == terms.size())
-      result.columns.col(delay) = in_rows(part, [&](const Windows& windows) {
-        return Eigen::MatrixX3d(
-            (displacements(motions, windows, base, 2) - displacements(motions, windows, base, 0)) /
-            (2 * kDelayChange_s));
-      });
-    else
-      result.columns.col(static_cast<Eigen::Index>(k)) = in_rows(
-          part, [&](const Windows& windows) { return slope(motions, windows, at.changes, terms[k]); });
+  result.columns.resize(static_cast<Eigen::Index>(plan(part).rows.size()), delay + 1);
+  gap::in_parallel(terms.size() + 3, [&](std::size_t k) {
+    if (k == terms.size() + 2) {
+      result.measured = in_rows(part, measured_in, [&] { return efforts_->pushed(part); });
+    } else if (k == terms.size() + 1) {
+      result.predicted = in_rows(
+          part, [&](const Windows& windows) { return displacements(motions, windows, base, 1); },
+          [&] { return Eigen::MatrixX3d(efforts_->pushed(part) - efforts_->excess(part, base)); });
+    } else if (k == terms.size()) {
+      result.columns.col(delay) = in_rows(
+          part,
+          [&](const Windows& windows) {
+            return Eigen::MatrixX3d(
+                (displacements(motions, windows, base, 2) - displacements(motions, windows, base, 0)) /
+                (2 * kDelayChange_s));
+          },
+          no_efforts);
+    } else {
+      const auto effort_slope = [&] {
+        const double step = terms_.terms[terms[k]].step;
+        const auto excess = [&](double by) {
+          Eigen::VectorXd moved = at.changes;
+          moved[static_cast<Eigen::Index>(terms[k])] += by;
+          return efforts_->excess(part, changed(moved));
+        };
+        return Eigen::MatrixX3d((excess(-step) - excess(step)) / (2 * step));
+      };
+      const auto column = static_cast<Eigen::Index>(k);
+      result.columns.col(column) =
+          terms_.terms[terms[k]].of_forces()
+              ? in_rows(part, no_motion, effort_slope)
+              : in_rows(
+                    part,
+                    [&](const Windows& windows) { return slope(motions, windows, at.changes, terms[k]); },
+                    effort_slope);
+    }
   });
   result.predicted += at.delay_s * result.columns.col(delay);
   return result;
@@ -524,17 +473,27 @@ ComparedRows BaseSubject::compare(Part part, const Fitted& at, std::span<const s
 std::vector<Coordinate> BaseSubject::coordinates(Part part, std::size_t row) const {
   constexpr std::size_t kRangesOfBase = 6;
   constexpr std::size_t kDirectionsOfTravel = 8;
-  const BaseWindow& window = window_of(part, row);
-  const double length_s = window.end_s - window.start_s;
-  const PlanarVector& moved = window.measured;
-  return {{"speed", "m/s", -1, moved.head<2>().norm() / length_s, kRangesOfBase},
-          {"turn rate", "rad/s", -1, moved[2] / length_s, kRangesOfBase},
-          {"direction of travel", "rad", -1, std::atan2(moved[1], moved[0]), kDirectionsOfTravel},
-          {"x", "m", -1, window.start.x_m, kRangesOfBase},
-          {"y", "m", -1, window.start.y_m, kRangesOfBase}};
+  PlanarVector speed;
+  control::PlanarPose pose;
+  if (const EffortWindow* const effort = effort_of(part, row)) {
+    speed = effort->twist;
+    pose = effort->pose;
+  } else {
+    const BaseWindow& window = window_of(part, row);
+    speed = window.measured / (window.end_s - window.start_s);
+    pose = window.start;
+  }
+  return {{"speed", "m/s", -1, speed.head<2>().norm(), kRangesOfBase},
+          {"turn rate", "rad/s", -1, speed[2], kRangesOfBase},
+          {"direction of travel", "rad", -1, std::atan2(speed[1], speed[0]), kDirectionsOfTravel},
+          {"x", "m", -1, pose.x_m, kRangesOfBase},
+          {"y", "m", -1, pose.y_m, kRangesOfBase}};
 }
 
-double BaseSubject::time_s(Part part, std::size_t row) const { return window_of(part, row).start_s; }
+double BaseSubject::time_s(Part part, std::size_t row) const {
+  const EffortWindow* const effort = effort_of(part, row);
+  return effort != nullptr ? effort->start_s : window_of(part, row).start_s;
+}
 
 std::string BaseSubject::deciding_experiment(const Eigen::VectorXd& one, const Eigen::VectorXd& other,
                                              std::uint64_t /*seed*/) const {
@@ -544,7 +503,7 @@ std::string BaseSubject::deciding_experiment(const Eigen::VectorXd& one, const E
                           .turn_rad_per_s = turn_rad_per_s_,
                           .window_s = window_s_[kPlace],
                           .load = load_,
-                          .noise_floor = floor_});
+                          .noise_floor = floor_.head<3>()});
 }
 
 double BaseSubject::accumulated(Part part, const Fitted& at) const {

@@ -5,13 +5,16 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "control/base_description.h"
+#include "identification/robot_gap/base_efforts.h"
 #include "identification/robot_gap/base_motion.h"
 #include "identification/robot_gap/base_noise.h"
+#include "identification/robot_gap/base_terms.h"
 #include "identification/robot_gap/subject.h"
 
 namespace identification::robot_gap {
@@ -19,7 +22,8 @@ namespace identification::robot_gap {
 /// What is compared is the displacement over windows, in the axes of the tracked body at the start of each:
 /// channels "forward" and "sideways" [m], "heading" [rad]. Headings have windows of their own, longer ones if
 /// that shows more: a place after a long way shows the errors of the heading again. Rows count windows in
-/// which the base moves.
+/// which the base moves. Where the description has a mass and every recording the torques of all wheels, the
+/// forces on the base are compared, too: channels "force forward", "force sideways" [N] and "moment" [N·m].
 class BaseSubject final : public Subject {
  public:
   /// Without `held_out` a quarter of each recording is set aside. `window_s`: 0: from the data.
@@ -42,6 +46,8 @@ class BaseSubject final : public Subject {
   double heading_window_s() const noexcept { return window_s_[kHeading]; }
   /// Delay of the poses behind the wheels from which those of Fitted count.
   double assumed_delay_s() const noexcept { return delay_s_; }
+  /// Windows of the torques and their lag; null where forces are not compared.
+  const BaseEfforts* efforts() const noexcept { return efforts_ ? &*efforts_ : nullptr; }
   /// What was cut or left out, in words.
   const std::vector<std::string>& notes() const noexcept { return notes_; }
 
@@ -58,39 +64,26 @@ class BaseSubject final : public Subject {
   std::vector<PathError> path_errors(Part part, const Fitted& at) const;
 
  private:
-  /// A parameter of the description.
-  struct Knob {
-    enum class Kind : std::uint8_t {
-      kAllRadii,
-      kRadius,
-      kTurningLength,
-      kSteeringOffset,
-      kTrackingScale,
-      kTrackingX,
-      kTrackingY,
-      kTrackingYaw,
-      kSlipForward,
-      kSlipSideways,
-      kSlipWithLoad,
-      kFloorSlip
-    };
-    Kind kind = Kind::kAllRadii;
-    std::size_t index = 0;  ///< wheel or floor
-    double step = 0;        ///< for a derivative
-  };
   struct PlannedWindow {
     BaseWindow window;
     /// With a shorter delay than the one found, that one, and a longer one.
     std::array<WheelSteps, 3> wheels;
   };
-  enum Compared : std::size_t { kPlace, kHeading };
+  enum Compared : std::size_t { kPlace, kHeading, kEffort };
   using Windows = std::vector<std::vector<PlannedWindow>>;  // of each motion
   struct Side {
     std::vector<BaseMotion> motions;
     std::array<Windows, 2> windows;
   };
 
-  static Compared compared_of(Eigen::Index channel) noexcept { return channel < 2 ? kPlace : kHeading; }
+  static Compared compared_of(Eigen::Index channel) noexcept {
+    return channel < 2 ? kPlace : channel == 2 ? kHeading : kEffort;
+  }
+  const EffortWindow* effort_of(Part part, std::size_t row) const noexcept {
+    const RowPlan::Row& at = plan(part).rows[row];
+    return compared_of(at.channel) == kEffort ? &efforts_->windows(part)[at.motion][at.at] : nullptr;
+  }
+  /// Of a row of place or heading.
   const BaseWindow& window_of(Part part, std::size_t row) const noexcept {
     const RowPlan::Row& at = plan(part).rows[row];
     return side(part).windows[compared_of(at.channel)][at.motion][at.at].window;
@@ -103,22 +96,21 @@ class BaseSubject final : public Subject {
   BaseScatter scatter_in(const std::vector<BaseMotion>& motions, const Windows& windows) const;
   void leave_out_outliers(Side& side, Compared what);
   void find_floor(std::span<const BaseRecording> recordings);
-  void plan_rows(const Side& side, RowPlan& plan) const;
+  void plan_rows(Part part, RowPlan& plan) const;
   void list_terms(std::span<const BaseRecording> recordings);
-  void add_term(std::string name, double given, gap::Bounds change, Knob knob);
-  void add_candidate(std::string effect, int part, std::string part_name, std::size_t terms);
+  void compare_efforts(std::span<const BaseRecording> data, std::span<const BaseRecording> held_out);
   /// Of the tracked body in each window, predicted. `delay`: of PlannedWindow::wheels.
   Eigen::MatrixX3d displacements(const std::vector<BaseMotion>& motions, const Windows& windows,
                                  const control::BaseDescription& base, std::size_t delay) const;
   /// Derivative of them by a term.
   Eigen::MatrixX3d slope(const std::vector<BaseMotion>& motions, const Windows& windows,
                          const Eigen::VectorXd& changes, std::size_t term) const;
-  /// The rows of the plan. `of`: displacements in these windows.
-  template <class Of>
-  Eigen::VectorXd in_rows(Part part, Of of) const;
+  /// The rows of the plan. `of`: displacements in these windows; `of_efforts`: forces in those of torques.
+  template <class Of, class OfEfforts>
+  Eigen::VectorXd in_rows(Part part, Of of, OfEfforts of_efforts) const;
 
   control::BaseDescription given_;
-  std::vector<Knob> knobs_;
+  BaseCatalogue terms_;
   Side data_;
   Side held_;
   double delay_s_ = 0;
@@ -127,7 +119,9 @@ class BaseSubject final : public Subject {
   double speed_m_per_s_ = 0;  ///< typical
   double turn_rad_per_s_ = 0;
   double moving_s_ = 0;
-  std::vector<double> load_;  ///< typical, of each wheel; empty: not measured
+  std::optional<BaseEfforts> efforts_;
+  std::vector<Eigen::Index> axes_;  ///< of the efforts, of each channel from the fourth
+  std::vector<double> load_;        ///< typical, of each wheel; empty: not measured
   std::vector<std::string> notes_;
 };
 

@@ -13,7 +13,15 @@ using control::BaseKinematics;
 BaseDescription described(const BaseDesign& published) {
   BaseDescription base;
   for (const BaseDesign::Wheel& wheel : published.wheels)
-    base.wheels.push_back({wheel.name, wheel.radius_m, wheel.angle_rad});
+    base.wheels.push_back({.name = wheel.name,
+                           .radius_m = wheel.radius_m,
+                           .angle_rad = wheel.angle_rad,
+                           .inertia_kg_m2 = wheel.inertia_kg_m2,
+                           .coulomb_Nm = wheel.coulomb_Nm,
+                           .viscous_Nm_s_per_rad = wheel.viscous_Nm_s});
+  base.body.mass_kg = published.mass_kg;
+  base.body.yaw_inertia_kg_m2 = published.yaw_inertia_kg_m2;
+  base.body.p_BC_m = published.centre_m;
   switch (published.kinematics) {
     case Kinematics::kDifferential:
       base.kinematics = BaseKinematics::kDifferential;
@@ -42,6 +50,7 @@ identification::robot_gap::BaseRecording read(const BaseDescription& base, const
   recording.wheel = recorded.wheel_rad;
   recording.is_speed.assign(base.wheels.size(), false);
   recording.load = recorded.load;
+  recording.torque_Nm = recorded.torque_Nm;
   recording.steering_rad = recorded.steering_rad;
   for (std::size_t i = 0; i < recorded.x_m.size(); ++i)
     recording.pose.push_back({recorded.x_m[i], recorded.y_m[i], recorded.heading_rad[i]});

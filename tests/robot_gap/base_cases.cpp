@@ -19,6 +19,12 @@ bool moves_sideways(const BaseDesign& base) {
 /// Of the first parameter that the answer should have.
 double true_number(const BaseDesign& base, const BaseEffect& hidden) {
   const double factor = 1 + hidden.size;
+  if (hidden.effect == "mass") return base.mass_kg * factor;
+  if (hidden.effect == "yaw_inertia") return base.yaw_inertia_kg_m2 * factor;
+  if (hidden.effect == "torque_constant") return factor;
+  if (hidden.effect == "coulomb") return base.wheels.front().coulomb_Nm + hidden.size;
+  if (hidden.effect == "viscous") return base.wheels.front().viscous_Nm_s + hidden.size;
+  if (hidden.effect == "wheel_inertia") return base.wheels.front().inertia_kg_m2 + hidden.size;
   if (hidden.effect == "wheel_radius") return base.wheels.front().radius_m * factor;  // all are alike
   if (hidden.effect == "tracking_scale") return factor;
   if (hidden.effect != "turning_geometry") return hidden.size;
@@ -35,8 +41,9 @@ NamedEffect expected(const BaseEffect& hidden) { return {hidden.effect, hidden.p
 
 std::vector<BaseRecording> recorded(const HiddenBase& base, const std::vector<BaseMotion>& motions,
                                     const BaseCase& asked, std::uint64_t first_seed) {
-  const bool two_floors = std::any_of(asked.hidden.begin(), asked.hidden.end(),
-                                      [](const BaseEffect& one) { return one.effect == "floor_slip"; });
+  const bool two_floors = std::any_of(asked.hidden.begin(), asked.hidden.end(), [](const BaseEffect& one) {
+    return one.effect.starts_with("floor_") && one.part != "floor";
+  });
   std::vector<BaseRecording> recordings;
   const auto count = static_cast<double>(motions.size());
   for (std::size_t i = 0; i < motions.size(); ++i) {
@@ -108,6 +115,50 @@ std::vector<BaseEffect> unnameable(const BaseDesign& base, std::uint64_t seed) {
   return {};
 }
 
+/// What scales, a load that is not in the middle, or a floor that is not level would leave.
+std::vector<BaseEffect> nameable_forces(const BaseDesign& base, std::uint64_t seed) {
+  const double sign = seed % 2 == 0 ? -1 : 1;
+  const BaseDesign::Wheel& wheel = base.wheels[seed % base.wheels.size()];
+  const double friction = wheel.coulomb_Nm;
+  const double force = 0.4 * friction * static_cast<double>(base.wheels.size()) / wheel.radius_m;
+  std::vector<BaseEffect> effects{{"mass", "base", 0.2 * sign},
+                                  {"torque_constant", "base", 0.1 * sign},
+                                  {"coulomb", "base", 0.4 * friction * sign},
+                                  {"viscous", "base", 0.5 * wheel.viscous_Nm_s * sign},
+                                  {"torque_offset", wheel.name, 0.3 * friction * sign},
+                                  {"floor_slope", "floor", 0.012 * sign, 0.008},
+                                  {"floor_resistance", kSlippery, force}};
+  if (base.kinematics == Kinematics::kTricycle) return effects;
+  effects.push_back({"yaw_inertia", "base", 0.3 * sign});
+  effects.push_back({"centre_of_mass", "base", 0.04 * sign, 0.02});
+  effects.push_back({"torque_constant", wheel.name, 0.15 * sign});
+  effects.push_back({"coulomb", wheel.name, 0.6 * friction});
+  effects.push_back({"viscous", wheel.name, wheel.viscous_Nm_s});
+  effects.push_back({"turning_resistance", "base", 0.15 * force});
+  if (moves_sideways(base)) effects.push_back({"sideways_resistance", "base", force});
+  return effects;
+}
+
+std::vector<std::vector<BaseEffect>> pairs_of_forces(const BaseDesign& base) {
+  const BaseDesign::Wheel& wheel = base.wheels.back();
+  const BaseEffect mass{"mass", "base", 0.2};
+  const BaseEffect radius{"wheel_radius", "base", 0.03};
+  const BaseEffect slope{"floor_slope", "floor", -0.01, 0.01};
+  if (base.kinematics == Kinematics::kTricycle) return {{mass, slope}};
+  return {{mass, {"coulomb", wheel.name, 0.6 * wheel.coulomb_Nm}},
+          {mass, radius},
+          {slope, {"torque_constant", wheel.name, 0.15}},
+          {{"centre_of_mass", "base", 0.05, 0}, {"turning_geometry", "base", 0.04}}};
+}
+
+std::vector<BaseEffect> unnameable_forces(const BaseDesign& base, std::uint64_t seed) {
+  const BaseDesign::Wheel& wheel = base.wheels[seed % base.wheels.size()];
+  const double force = wheel.coulomb_Nm * static_cast<double>(base.wheels.size()) / wheel.radius_m;
+  return {{"torque_ripple", wheel.name, wheel.coulomb_Nm},
+          {"gusts", "base", force},
+          {"payload_put_on", "base", 0.3}};
+}
+
 }  // namespace
 
 std::string group_name(BaseCase::Group group) {
@@ -116,6 +167,10 @@ std::string group_name(BaseCase::Group group) {
     case BaseCase::Group::kSingle: return "base_single";
     case BaseCase::Group::kPairs: return "base_pairs";
     case BaseCase::Group::kOutside: return "base_outside";
+    case BaseCase::Group::kForcesNothing: return "forces_nothing";
+    case BaseCase::Group::kForcesSingle: return "forces_single";
+    case BaseCase::Group::kForcesPairs: return "forces_pairs";
+    case BaseCase::Group::kForcesOutside: return "forces_outside";
   }
   return "";
 }
@@ -137,6 +192,17 @@ std::vector<BaseCase> base_cases(std::uint64_t seeds) {
       for (const BaseEffect& one : unnameable(base, seed))
         cases.push_back({Group::kOutside, base, {one}, seed});
     }
+  for (std::uint64_t seed = 1; seed <= seeds; ++seed)
+    for (const BaseDesign& design : {two_wheeler(), tricycle(), omni_base(), mecanum_base()}) {
+      using Group = BaseCase::Group;
+      const BaseDesign base = weighed(design);
+      cases.push_back({Group::kForcesNothing, base, {}, seed});
+      for (const BaseEffect& one : nameable_forces(base, seed))
+        cases.push_back({Group::kForcesSingle, base, {one}, seed});
+      for (const auto& both : pairs_of_forces(base)) cases.push_back({Group::kForcesPairs, base, both, seed});
+      for (const BaseEffect& one : unnameable_forces(base, seed))
+        cases.push_back({Group::kForcesOutside, base, {one}, seed});
+    }
   return cases;
 }
 
@@ -152,7 +218,7 @@ Judged judge_base(const BaseCase& asked) {
   judged.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 
   std::vector<NamedEffect> truth;
-  if (asked.group != BaseCase::Group::kOutside)
+  if (asked.group != BaseCase::Group::kOutside && asked.group != BaseCase::Group::kForcesOutside)
     for (const BaseEffect& hidden : asked.hidden) truth.push_back(expected(hidden));
   judge_names(judged, truth);
   if (!judged.right) return judged;

@@ -11,7 +11,16 @@
 namespace robot_gap_test {
 
 struct BaseCase {
-  enum class Group { kNothing, kSingle, kPairs, kOutside };
+  enum class Group {
+    kNothing,
+    kSingle,
+    kPairs,
+    kOutside,
+    kForcesNothing,
+    kForcesSingle,
+    kForcesPairs,
+    kForcesOutside
+  };
   Group group = Group::kNothing;
   BaseDesign base;
   std::vector<BaseEffect> hidden;
@@ -21,7 +30,8 @@ struct BaseCase {
 /// "base_single"
 std::string group_name(BaseCase::Group group);
 
-/// All groups on all bases. Every other seed has a camera instead of motion capture.
+/// All groups on all bases, then bases whose torques are recorded. Every other seed has a camera instead of
+/// motion capture.
 std::vector<BaseCase> base_cases(std::uint64_t seeds);
 
 Judged judge_base(const BaseCase& asked);

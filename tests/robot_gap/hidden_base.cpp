@@ -1,6 +1,8 @@
 #include "tests/robot_gap/hidden_base.h"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,6 +17,8 @@ constexpr double kStep_s = 1e-3;
 constexpr double kSlew_s = 0.12;  // of each of two low-passes between a command and the wheels
 constexpr double kEncoderCounts = 2797;
 constexpr double kCurrentStep_A = 0.0256;
+constexpr double kTorqueNoise_Nm = 0.003;
+constexpr double kTorqueStep_Nm = 0.002;
 constexpr double kPi = std::numbers::pi;
 
 double rounded(double value, double step) { return step > 0 ? std::round(value / step) * step : value; }
@@ -177,6 +181,80 @@ class Commands {
   double seconds_ = 0;
 };
 
+/// Torques that the wheels need for a motion, by Newton's law in the world: forces along the grips balance
+/// what the centre of mass does.
+class Efforts {
+ public:
+  Efforts(const HiddenBase& base, const BasePlan& plan) : base_(base), plan_(plan) {}
+
+  /// After a step. `surface`: steering angle as it is.
+  void step(const Eigen::Vector3d& pose, const Eigen::Vector3d& twist, const Eigen::VectorXd& turned,
+            const Eigen::VectorXd& rate, const Eigen::VectorXd& acceleration, double steering_rad,
+            double share_of_run, double time_s) {
+    const Eigen::Vector2d centre = base_.actual().centre_m;
+    const Eigen::Rotation2Dd to_world(pose[2]);
+    const Eigen::Vector2d at = pose.head<2>() + to_world * centre;
+    places_.push_back({at.x(), at.y(), pose[2]});
+    if (places_.size() > 3) places_.erase(places_.begin());
+    torque_ = Eigen::VectorXd::Zero(rate.size());
+    if (places_.size() < 3) return;
+    const Eigen::Vector3d moved = (places_[2] - 2 * places_[1] + places_[0]) / (kStep_s * kStep_s);
+    double mass = base_.actual().mass_kg;
+    if (share_of_run > 0.5) mass *= 1 + base_.size_of("payload_put_on", "base");
+    Eigen::Vector2d force = mass * (moved.head<2>() + 9.81 * slope());
+    force.x() += base_.size_of("gusts", "base") * std::sin(0.9 * time_s + 1);
+    force = to_world.inverse() * force;
+    Eigen::Vector3d wrench(
+        force.x(), force.y(),
+        base_.actual().yaw_inertia_kg_m2 * moved[2] + centre.x() * force.y() - centre.y() * force.x());
+    wrench[1] += base_.size_of("sideways_resistance", "base") * std::tanh(twist[1] / 0.004);
+    wrench[2] += base_.size_of("turning_resistance", "base") * std::tanh(twist[2] / 0.015);
+    const std::vector<Grip> grips = grips_of(base_.actual(), steering_rad);
+    Eigen::MatrixXd rows(static_cast<Eigen::Index>(grips.size()), 3);
+    for (std::size_t g = 0; g < grips.size(); ++g) rows.row(static_cast<Eigen::Index>(g)) = row_of(grips[g]);
+    // Grips that are more than needed press against each other as they happen to.
+    const Eigen::MatrixXd back = rows.transpose().completeOrthogonalDecomposition().pseudoInverse();
+    Eigen::VectorXd pushes = back * wrench;
+    const Eigen::VectorXd strain = Eigen::VectorXd::Constant(rows.rows(), 1.5 * std::sin(0.4 * time_s));
+    pushes += strain - back * (rows.transpose() * strain);
+    for (std::size_t g = 0; g < grips.size(); ++g) {
+      if (grips[g].wheel < 0) continue;
+      const BaseDesign::Wheel& wheel = base_.actual().wheels[static_cast<std::size_t>(grips[g].wheel)];
+      torque_[grips[g].wheel] += pushes[static_cast<Eigen::Index>(g)] * grips[g].share * wheel.radius_m;
+    }
+    for (Eigen::Index i = 0; i < rate.size(); ++i)
+      torque_[i] = reported(i, turned[i], rate[i], acceleration[i]);
+  }
+  const Eigen::VectorXd& torque() const { return torque_; }
+
+ private:
+  Eigen::Vector2d slope() const {
+    for (const BaseEffect& one : base_.effects())
+      if (one.effect == "floor_slope") return {one.size, one.size_y};
+    return Eigen::Vector2d::Zero();
+  }
+  double reported(Eigen::Index i, double turned, double rate, double acceleration) const {
+    const BaseDesign::Wheel& wheel = base_.actual().wheels[static_cast<std::size_t>(i)];
+    const auto count = static_cast<double>(base_.actual().wheels.size());
+    const auto hidden = [&](std::string_view effect) {
+      return base_.size_of(effect, wheel.name) + base_.size_of(effect, "base");
+    };
+    double friction = wheel.coulomb_Nm + hidden("coulomb");
+    if (!plan_.floor.empty())
+      friction += base_.size_of("floor_resistance", plan_.floor) * wheel.radius_m / count;
+    const double torque = torque_[i] + friction * std::tanh(rate / 0.05) +
+                          (wheel.viscous_Nm_s + hidden("viscous")) * rate +
+                          (wheel.inertia_kg_m2 + hidden("wheel_inertia")) * acceleration +
+                          hidden("torque_offset") + hidden("torque_ripple") * std::sin(3 * turned);
+    return torque / (1 + hidden("torque_constant"));
+  }
+
+  const HiddenBase& base_;
+  const BasePlan& plan_;
+  std::vector<Eigen::Vector3d> places_;
+  Eigen::VectorXd torque_;
+};
+
 /// One recording's motion, a millisecond at a time.
 class Drive {
  public:
@@ -189,7 +267,8 @@ class Drive {
         turned_(Eigen::VectorXd::Zero(wheels_)),
         load_(Eigen::VectorXd::Zero(wheels_)),
         rate_(Eigen::VectorXd::Zero(wheels_)),
-        behind_backlash_(Eigen::VectorXd::Zero(wheels_)) {
+        behind_backlash_(Eigen::VectorXd::Zero(wheels_)),
+        efforts_(base, plan) {
     std::uniform_real_distribution<double> uniform(0, 1);
     pose_ = {uniform(random_) - 0.5, uniform(random_) - 0.5, 2 * kPi * uniform(random_)};
     for (double& phase : phases_) phase = 2 * kPi * uniform(random_);
@@ -199,6 +278,7 @@ class Drive {
   const Eigen::Vector3d& pose() const { return pose_; }      // x, y, heading in the world
   const Eigen::VectorXd& turned() const { return turned_; }  // what the encoders count
   const Eigen::VectorXd& load() const { return load_; }
+  const Eigen::VectorXd& torque() const { return efforts_.torque(); }
   double steering() const { return base_.design().kinematics == Kinematics::kTricycle ? filtered_[1] : 0; }
   std::mt19937_64& random() { return random_; }
 
@@ -217,6 +297,9 @@ class Drive {
     pose_[1] += (twist[0] * std::sin(heading) + twist[1] * std::cos(heading)) * kStep_s;
     pose_[2] += twist[2] * kStep_s;
     time_s_ += kStep_s;
+    if (base_.actual().mass_kg > 0)
+      efforts_.step(pose_, twist, turned_, rate_, acceleration,
+                    steering() + base_.size_of("steering_offset", "steering"), time_s_ / seconds_, time_s_);
   }
 
  private:
@@ -302,6 +385,7 @@ class Drive {
   Eigen::VectorXd load_;
   Eigen::VectorXd rate_;
   Eigen::VectorXd behind_backlash_;
+  Efforts efforts_;
   std::array<double, 8> phases_{};
   Eigen::Vector3d middle_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d filtered_ = Eigen::Vector3d::Zero();
@@ -355,6 +439,25 @@ BaseDesign mecanum_base() {
           .path_m = 1.7};
 }
 
+BaseDesign weighed(BaseDesign base) {
+  struct Weight {
+    double mass_kg, yaw_inertia_kg_m2, inertia_kg_m2, coulomb_Nm, viscous_Nm_s;
+  };
+  constexpr std::array<Weight, 4> kWeights{{{5, 0.06, 4e-4, 0.02, 0.003},
+                                            {3, 0.03, 3e-4, 0.03, 0.004},
+                                            {9, 0.15, 8e-4, 0.03, 0.004},
+                                            {25, 1.3, 4e-3, 0.1, 0.02}}};
+  const Weight& own = kWeights[static_cast<std::size_t>(base.kinematics)];
+  base.mass_kg = own.mass_kg;
+  base.yaw_inertia_kg_m2 = own.yaw_inertia_kg_m2;
+  for (BaseDesign::Wheel& wheel : base.wheels) {
+    wheel.inertia_kg_m2 = own.inertia_kg_m2;
+    wheel.coulomb_Nm = own.coulomb_Nm;
+    wheel.viscous_Nm_s = own.viscous_Nm_s;
+  }
+  return base;
+}
+
 HiddenBase::HiddenBase(BaseDesign design, std::vector<BaseEffect> effects)
     : design_(std::move(design)), actual_(design_), effects_(std::move(effects)) {
   for (BaseDesign::Wheel& wheel : actual_.wheels)
@@ -363,6 +466,10 @@ HiddenBase::HiddenBase(BaseDesign design, std::vector<BaseEffect> effects)
   actual_.track_m *= turning;
   actual_.wheelbase_m *= turning;
   actual_.radius_m *= turning;
+  actual_.mass_kg *= 1 + size_of("mass", "base");
+  actual_.yaw_inertia_kg_m2 *= 1 + size_of("yaw_inertia", "base");
+  for (const BaseEffect& one : effects_)
+    if (one.effect == "centre_of_mass") actual_.centre_m += Eigen::Vector2d(one.size, one.size_y);
 }
 
 double HiddenBase::size_of(std::string_view effect, std::string_view part) const {
@@ -406,6 +513,10 @@ BaseRecording HiddenBase::record(const BasePlan& plan, const std::string& name) 
                           .wheel_rad = Eigen::MatrixXd(wheels, rows),
                           .load = Eigen::MatrixXd(wheels, rows)};
   std::normal_distribution<double> normal;
+  std::mt19937_64 torque_random(plan.seed + 1000);
+  const auto torques_late = static_cast<std::size_t>(plan.torque_lag_s / kStep_s);
+  std::vector<Eigen::VectorXd> torques;
+  if (design_.mass_kg > 0) recording.torque_Nm = Eigen::MatrixXd::Zero(wheels, rows);
   std::vector<Eigen::Vector3d> poses;
   poses.reserve(steps);
   for (std::size_t i = 0; i < steps; ++i) {
@@ -419,6 +530,10 @@ BaseRecording HiddenBase::record(const BasePlan& plan, const std::string& name) 
         recording.load(w, row) =
             rounded(std::abs(drive.load()[w] + 0.01 * normal(drive.random())), kCurrentStep_A);
       }
+      if (const std::size_t seen = i - std::min(i, torques_late); seen < torques.size())
+        for (Eigen::Index w = 0; w < wheels; ++w)
+          recording.torque_Nm(w, row) =
+              rounded(torques[seen][w] + kTorqueNoise_Nm * normal(torque_random), kTorqueStep_Nm);
       if (design_.kinematics == Kinematics::kTricycle)
         recording.steering_rad.push_back(rounded(drive.steering(), 0.001));
       const Eigen::Vector3d& seen = poses[i - std::min(i, late)];
@@ -434,6 +549,7 @@ BaseRecording HiddenBase::record(const BasePlan& plan, const std::string& name) 
                                               step_rad));
     }
     drive.step();
+    if (design_.mass_kg > 0) torques.push_back(drive.torque());
   }
   return recording;
 }

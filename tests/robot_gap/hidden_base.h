@@ -19,6 +19,9 @@ struct BaseDesign {
     double radius_m;
     double angle_rad =
         0;  // omni: its place around the centre; a positive rotation turns the base counter-clockwise
+    double inertia_kg_m2 = 0;
+    double coulomb_Nm = 0;
+    double viscous_Nm_s = 0;
   };
   std::string name;
   Kinematics kinematics;
@@ -27,12 +30,17 @@ struct BaseDesign {
   double wheelbase_m = 0;
   double radius_m = 0;  // omni: from centre to wheel
   double speed_m_per_s;
-  double path_m;  // side of a square that it drives
+  double path_m;                 // side of a square that it drives
+  double mass_kg = 0;            // 0: its torques are not recorded
+  double yaw_inertia_kg_m2 = 0;  // about the centre of mass
+  Eigen::Vector2d centre_m = Eigen::Vector2d::Zero();
 };
 BaseDesign two_wheeler();
 BaseDesign tricycle();
 BaseDesign omni_base();  // three wheels
 BaseDesign mecanum_base();
+/// With masses and friction that its maker publishes, and torques recorded.
+BaseDesign weighed(BaseDesign base);
 
 /// What the published description does not say.
 struct BaseEffect {
@@ -48,6 +56,7 @@ struct BaseRecording {
   std::vector<double> time_s{};
   Eigen::MatrixXd wheel_rad;           // wheels × rows, accumulated, in steps of the encoders
   Eigen::MatrixXd load;                // wheels × rows, magnitude of the motors' currents [A]
+  Eigen::MatrixXd torque_Nm{};         // wheels × rows; late, noisy, in steps; empty: not recorded
   std::vector<double> steering_rad{};  // of a tricycle
   std::vector<double> x_m{}, y_m{};    // of the tracked point; late and noisy
   std::vector<double> heading_rad{};   // continuous
@@ -61,8 +70,9 @@ struct BasePlan {
   double tempo = 1;  // of the base's usual speed
   std::uint64_t seed = 1;
   std::string floor{};
-  bool camera = false;   // instead of motion capture: slower, 2 mm and half a degree, in steps
-  double lag_s = 0.03;   // of the tracker
+  bool camera = false;  // instead of motion capture: slower, 2 mm and half a degree, in steps
+  double lag_s = 0.03;  // of the tracker
+  double torque_lag_s = 0.012;
   double worn_from = 0;  // share of its wear that a worn tyre has at the start and at the end
   double worn_to = 1;
 };
@@ -76,6 +86,7 @@ class HiddenBase {
   Eigen::Vector3d rolling_twist(const Eigen::VectorXd& surface_speed_m_per_s, double steering_rad) const;
   const BaseDesign& design() const { return design_; }  // as published
   const BaseDesign& actual() const { return actual_; }
+  const std::vector<BaseEffect>& effects() const { return effects_; }
   /// 0 without the effect.
   double size_of(std::string_view effect, std::string_view part) const;
 

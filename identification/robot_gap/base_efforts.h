@@ -1,0 +1,71 @@
+/// @file
+/// Windows of the torques of a base's recordings, their lag and their noise.
+#pragma once
+#include <Eigen/Core>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "control/base_description.h"
+#include "identification/robot_gap/base_effort.h"
+#include "identification/robot_gap/base_effort_windows.h"
+#include "identification/robot_gap/base_terms.h"
+#include "identification/robot_gap/subject.h"
+
+namespace identification::robot_gap {
+
+/// Length of the windows and lag of the torques are from the searched data.
+class BaseEfforts {
+ public:
+  using Windows = std::vector<std::vector<EffortWindow>>;  // of each motion
+
+  /// @throws std::invalid_argument if the torques of a wheel have no sign, or the wrong one.
+  BaseEfforts(const control::BaseDescription& given, const BaseCatalogue& all,
+              std::span<const BaseMotion> data, std::span<const BaseMotion> held_out);
+
+  /// Whether there are enough windows to compare.
+  bool is_enough() const noexcept;
+  const Windows& windows(Part part) const noexcept { return part == Part::kSearched ? searched_ : held_out_; }
+  double window_s() const noexcept { return window_s_; }
+  /// Of the torques behind the motion of the wheels.
+  double lag_s() const noexcept { return lag_s_; }
+  /// Rms of each axis that noise leaves [N, N, N·m].
+  const Eigen::Vector3d& floor() const noexcept { return floor_; }
+  /// Rms acceleration of the base in the windows [m/s², m/s², rad/s²].
+  const Eigen::Vector3d& acceleration() const noexcept { return acceleration_; }
+
+  /// Window after window, as BaseForces says.
+  Eigen::MatrixX3d pushed(Part part) const;
+  Eigen::MatrixX3d excess(Part part, const control::BaseDescription& base) const;
+
+ private:
+  struct Rows {
+    Eigen::MatrixXd slopes;
+    Eigen::VectorXd residual;
+  };
+  Rows rows_of(const Windows& windows) const;
+  Windows planned(std::span<const BaseMotion> motions, double window_s) const;
+  void choose_window();
+  void find_lag();
+  void require_signs() const;
+  void see_noise();
+
+  control::BaseDescription given_;
+  const BaseCatalogue& all_;
+  std::span<const BaseMotion> data_;
+  std::vector<int> floors_;  // of the motions
+  std::vector<int> held_floors_;
+  RestSpeeds rest_;
+  Windows searched_;
+  Windows held_out_;
+  double window_s_ = 0;
+  double lag_s_ = 0;
+  Eigen::Vector3d floor_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d acceleration_ = Eigen::Vector3d::Zero();
+};
+
+/// Names and units of the axes of a kinematics.
+std::vector<Channel> effort_channels(control::BaseKinematics kinematics);
+
+}  // namespace identification::robot_gap
