@@ -20,6 +20,7 @@ using identification::robot_gap::Part;
 
 std::string wheel_quantity(std::size_t wheel) { return fmt::format("wheel_{}", wheel + 1); }
 std::string load_quantity(std::size_t wheel) { return fmt::format("wheel_{}_load", wheel + 1); }
+std::string wheel_torque_quantity(std::size_t wheel) { return fmt::format("wheel_{}_torque_Nm", wheel + 1); }
 
 runtime::ColumnMap base_columns(const runtime::BaseFile& robot, const std::string& name) {
   runtime::ColumnMap map;
@@ -35,6 +36,7 @@ runtime::ColumnMap base_columns(const runtime::BaseFile& robot, const std::strin
     const runtime::BaseFile::Columns::Wheel& wheel = columns.wheels[w];
     add(wheel_quantity(w), wheel.position.empty() ? wheel.speed : wheel.position, wheel.factor);
     add(load_quantity(w), wheel.load, 1);
+    add(wheel_torque_quantity(w), wheel.torque, wheel.torque_factor);
   }
   add("x_m", columns.x, columns.position_factor);
   add("y_m", columns.y, columns.mirrored ? -columns.position_factor : columns.position_factor);
@@ -64,6 +66,11 @@ BaseRecording base_recording(const runtime::BaseFile& robot, const RobotTable& t
     recording.is_speed.push_back(robot.columns.wheels[w].position.empty());
     const auto values = read.column(wheel_quantity(w));
     recording.wheel.row(row) = Eigen::Map<const Eigen::RowVectorXd>(values.data(), rows);
+    if (!robot.columns.wheels[w].torque.empty()) {
+      if (recording.torque_Nm.size() == 0) recording.torque_Nm = Eigen::MatrixXd::Zero(wheels, rows);
+      const auto torque_Nm = read.column(wheel_torque_quantity(w));
+      recording.torque_Nm.row(row) = Eigen::Map<const Eigen::RowVectorXd>(torque_Nm.data(), rows);
+    }
     if (!is_loaded) continue;
     if (recording.load.size() == 0) recording.load = Eigen::MatrixXd::Zero(wheels, rows);
     const auto load = read.column(load_quantity(w));
@@ -124,9 +131,11 @@ OpenedRobot open_base(const RobotGapOptions& options) {
       std::make_unique<BaseSubject>(base.base, std::move(data), std::move(held_out), base.window_s);
   opened.findings.name = base.name;
   opened.findings.channel_word = "component";
+  const auto* const efforts = subject->efforts();
   opened.findings.metric = fmt::format(
-      "rms residual of the displacement in {:.3g} s, and of the change of heading in {:.3g} s, held-out",
-      subject->place_window_s(), subject->heading_window_s());
+      "rms residual of the displacement in {:.3g} s, and of the change of heading in {:.3g} s{}, held-out",
+      subject->place_window_s(), subject->heading_window_s(),
+      efforts == nullptr ? "" : fmt::format(", and of the mean forces in {:.3g} s", efforts->window_s()));
   opened.findings.comparison = fmt::format(
       "The gap is the displacement over windows of {:.3g} s, and the change of heading over windows of "
       "{:.3g} "
@@ -135,6 +144,13 @@ OpenedRobot open_base(const RobotGapOptions& options) {
       "measured poses, the steps of the wheels' encoders, and slip that comes and goes from sample to "
       "sample.",
       subject->place_window_s(), subject->heading_window_s());
+  if (efforts != nullptr)
+    opened.findings.comparison += fmt::format(
+        " Forces are means over windows of {:.3g} s in which every wheel turns: what the torques of the "
+        "wheels "
+        "push, less what the model needs for the motion of the wheels. Their noise floor is the noise of the "
+        "torques and of the wheels' angles or speeds.",
+        efforts->window_s());
   opened.complete = [own = subject.get()](RobotFindings& findings) {
     findings.paths = paths_of(*own, findings.result);
     findings.result.delay_s += own->assumed_delay_s();

@@ -261,15 +261,22 @@ RestSpeeds rest_speeds(std::span<const BaseMotion> motions, const BaseDescriptio
 Eigen::VectorXd mean_torque(const BaseRun& run, double start_s, double end_s, double lag_s) {
   const SineSquared weight{start_s + lag_s, end_s - start_s};
   const RowRange rows = rows_between(run.time_s, start_s + lag_s, end_s + lag_s);
+  // A mean speed between two rows sees the motion through a window of their distance. Torques are seen
+  // through one as wide, by this share of each weight at the other end; mean speeds of speeds are blurred
+  // twice as much.
+  const double blur = run.is_speed ? 1.0 / 6 : 1.0 / 12;
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(run.torque_Nm.rows());
-  double shares = 0;
+  double weights = 0;
   for (std::size_t k = rows.first; k < rows.last; ++k) {
-    const double share = weight.integral(run.time_s[k + 1]) - weight.integral(run.time_s[k]);
+    const double period_s = run.time_s[k + 1] - run.time_s[k];
+    const double before = period_s * weight.density_per_s(run.time_s[k]);
+    const double after = period_s * weight.density_per_s(run.time_s[k + 1]);
     const auto at = static_cast<Eigen::Index>(k);
-    sum += 0.5 * share * (run.torque_Nm.col(at) + run.torque_Nm.col(at + 1));
-    shares += share;
+    sum += ((0.5 - blur) * before + blur * after) * run.torque_Nm.col(at) +
+           (blur * before + (0.5 - blur) * after) * run.torque_Nm.col(at + 1);
+    weights += 0.5 * (before + after);
   }
-  return shares > 0 ? Eigen::VectorXd(sum / shares) : sum;
+  return weights > 0 ? Eigen::VectorXd(sum / weights) : sum;
 }
 
 std::vector<EffortWindow> effort_windows(const BaseMotion& motion, const BaseDescription& base,

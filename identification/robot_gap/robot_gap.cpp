@@ -154,9 +154,10 @@ class Analysis {
       };
       if (is_nothing(place)) consider(0, kContainsGiven);
       const Eigen::VectorXd searched_less = residual_of(searched_, less);
+      const std::vector<bool> acts = channels_of(searched_, fitted_, candidate);
       for (const bool is_held : {true, false}) {
-        const Harm harm =
-            is_held ? worst_harm(held_less, after_, held_) : worst_harm(searched_less, searched, searched_);
+        const Harm harm = is_held ? worst_harm(held_less, after_, held_, acts)
+                                  : worst_harm(searched_less, searched, searched_, acts);
         if (harm.found)
           consider(harm.after / std::max(1e-12, harm.before),
                    printed("parameters do not transfer: on %s the residual grows from %.3g to %.3g %s",

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "control/base_rolling.h"
+#include "runtime/configuration/base_file_keys.h"
 #include "runtime/configuration/toml_reader.h"
 
 namespace runtime {
@@ -20,7 +21,6 @@ namespace {
 using control::BaseDescription;
 using control::BaseKinematics;
 
-constexpr std::string_view kBaseFormat = "youbot-robot-model/1";
 constexpr std::size_t kMaxBaseWheels = 16;
 constexpr std::size_t kMaxFloors = 32;
 constexpr std::size_t kMaxRecordingsOfFloor = 1000;
@@ -29,25 +29,13 @@ constexpr double kShortest_m = 1e-6;
 constexpr double kLongest_m = 1e3;
 constexpr double kLargestFactor = 1e9;
 constexpr double kAnyAngle_rad = 1e3;
+/// Of masses, inertias, forces and torques.
+constexpr double kLightest_kg = 1e-6;
+constexpr double kLargestForce = 1e9;
+constexpr double kSteepestFloor = 1;
 /// Windows of recordings at any rate.
 constexpr double kShortestBaseWindow_s = 0.01;
 constexpr double kLongestBaseWindow_s = 100;
-
-constexpr std::array<std::pair<std::string_view, BaseKinematics>, 4> kKinematics{
-    {{"differential", BaseKinematics::kDifferential},
-     {"tricycle", BaseKinematics::kTricycle},
-     {"omni", BaseKinematics::kOmni},
-     {"mecanum", BaseKinematics::kMecanum}}};
-
-const char* turning_key(BaseKinematics kinematics) {
-  switch (kinematics) {
-    case BaseKinematics::kDifferential: return "track_m";
-    case BaseKinematics::kTricycle: return "wheelbase_m";
-    case BaseKinematics::kOmni: return "radius_m";
-    case BaseKinematics::kMecanum: return "turning_length_m";
-  }
-  return "";
-}
 
 const char* wheels_needed(BaseKinematics kinematics) {
   switch (kinematics) {
@@ -75,6 +63,7 @@ class BaseReader {
     read_wheels();
     read_tracking();
     read_slip();
+    read_slope();
     read_floors();
     refuse_shared_columns();
     file_.finish();
@@ -88,15 +77,16 @@ class BaseReader {
     TomlTable table = root_.table("base", {.required = true});
     if (!root_.has("base")) return;
     table.choice("kinematics", base().kinematics,
-                 std::span<const std::pair<std::string_view, BaseKinematics>>(kKinematics),
+                 std::span<const std::pair<std::string_view, BaseKinematics>>(kBaseKinematics),
                  {.required = true});
     std::string kinematics;
     if (table.has("kinematics")) table.text("kinematics", kinematics);
-    known_ = std::ranges::any_of(kKinematics, [&](const auto& one) { return one.first == kinematics; });
+    known_ = std::ranges::any_of(kBaseKinematics, [&](const auto& one) { return one.first == kinematics; });
     if (!known_) {
       // Which keys there are depends on it.
       for (const char* const key :
-           {"window_s", "track_m", "wheelbase_m", "radius_m", "turning_length_m", "steering_offset_rad"})
+           {"window_s", "track_m", "wheelbase_m", "radius_m", "turning_length_m", "steering_offset_rad",
+            "mass_kg", "yaw_inertia_kg_m2", "centre_m", "sideways_resistance_N", "turning_resistance_Nm"})
         table.ignore(key);
       return;
     }
@@ -108,11 +98,32 @@ class BaseReader {
       base().turning_length_m = 0.5 * (result_.wheelbase_m + result_.track_m);
       table.number("turning_length_m", base().turning_length_m, {.min = kShortest_m, .max = kLongest_m});
     } else {
-      table.number(turning_key(base().kinematics), base().turning_length_m, length);
+      table.number(base_turning_key(base().kinematics), base().turning_length_m, length);
     }
     if (base().kinematics == BaseKinematics::kTricycle)
       table.number("steering_offset_rad", base().steering_offset_rad,
                    {.min = -std::numbers::pi, .max = std::numbers::pi});
+    read_body(table);
+  }
+
+  void read_body(TomlTable& table) {
+    BaseDescription::Body& body = base().body;
+    const NumberRules positive{.min = 0, .max = kLargestForce};
+    table.number("mass_kg", body.mass_kg, {.min = kLightest_kg, .max = kLargestForce});
+    table.number("yaw_inertia_kg_m2", body.yaw_inertia_kg_m2, positive);
+    std::array<double, 2> centre{0, 0};
+    table.numbers("centre_m", centre, {.min = -kLongest_m, .max = kLongest_m});
+    body.p_BC_m = Eigen::Vector2d(centre.data());
+    if (base().kinematics == BaseKinematics::kOmni || base().kinematics == BaseKinematics::kMecanum)
+      table.number("sideways_resistance_N", body.sideways_resistance_N, positive);
+    table.number("turning_resistance_Nm", body.turning_resistance_Nm, positive);
+  }
+
+  void read_slope() {
+    TomlTable table = root_.table("floor_slope");
+    const NumberRules slope{.min = -kSteepestFloor, .max = kSteepestFloor};
+    table.number("x", base().body.slope.x(), slope);
+    table.number("y", base().body.slope.y(), slope);
   }
 
   void read_columns() {
@@ -154,12 +165,39 @@ class BaseReader {
                                  wheel.name));
       read_factor(table, "factor", columns.factor);
       table.text("load_column", columns.load);
+      read_torque(table, wheel, columns);
       if (std::ranges::find(base().wheels, wheel.name, &BaseDescription::Wheel::name) != base().wheels.end())
         table.refuse("name", fmt::format("is '{}' again: each wheel has its own name", wheel.name));
       base().wheels.push_back(std::move(wheel));
       result_.columns.wheels.push_back(std::move(columns));
     }
+    const auto has_none = [](const BaseFile::Columns::Wheel& one) { return one.torque.empty(); };
+    const auto none = std::ranges::find_if(result_.columns.wheels, has_none);
+    if (none != result_.columns.wheels.end() && !std::ranges::all_of(result_.columns.wheels, has_none))
+      root_.refuse(
+          "wheel",
+          fmt::format("'{}' has no torque_column, but others have one: forces on the base "
+                      "need the torques of all wheels; add it, or remove all",
+                      base().wheels[static_cast<std::size_t>(none - result_.columns.wheels.begin())].name));
     if (known_ && root_.has("wheel")) check_wheels();
+  }
+
+  void read_torque(TomlTable& table, BaseDescription::Wheel& wheel, BaseFile::Columns::Wheel& columns) {
+    table.text("torque_column", columns.torque);
+    read_factor(table, "torque_factor", columns.torque_factor);
+    table.number("torque_scale", wheel.torque_scale, {.min = 1e-6, .max = 1e6});
+    table.number("offset_Nm", wheel.offset_Nm, {.min = -kLargestForce, .max = kLargestForce});
+    const NumberRules positive{.min = 0, .max = kLargestForce};
+    table.number("inertia_kg_m2", wheel.inertia_kg_m2, positive);
+    table.number("coulomb_Nm", wheel.coulomb_Nm, positive);
+    table.number("viscous_Nm_s_per_rad", wheel.viscous_Nm_s_per_rad, positive);
+    if (known_ && !columns.torque.empty() && base().body.mass_kg == 0)
+      table.refuse(
+          "torque_column",
+          fmt::format("is '{}', but [base] has no mass_kg: torques are compared with the forces that "
+                      "the base needs; weigh it and write mass_kg, or remove torque_column of all "
+                      "wheels",
+                      columns.torque));
   }
 
   void check_wheels() {
@@ -201,7 +239,8 @@ class BaseReader {
   }
 
   static std::string_view name_of(BaseKinematics kinematics) {
-    return std::ranges::find(kKinematics, kinematics, &std::pair<std::string_view, BaseKinematics>::second)
+    return std::ranges::find(kBaseKinematics, kinematics,
+                             &std::pair<std::string_view, BaseKinematics>::second)
         ->first;
   }
 
@@ -239,6 +278,7 @@ class BaseReader {
       table.text("name", floor.name, {.required = true});
       table.texts("recordings", recordings, {.required = true, .most = kMaxRecordingsOfFloor});
       table.number("slip", floor.slip, {.min = 0, .max = 1});
+      table.number("resistance_N", floor.resistance_N, {.min = 0, .max = kLargestForce});
       if (std::ranges::find(base().floors, floor.name, &BaseDescription::Floor::name) != base().floors.end())
         table.refuse("name", fmt::format("is '{}' again: each floor has its own name", floor.name));
       for (const std::string& one : recordings)
@@ -266,7 +306,10 @@ class BaseReader {
       const std::string of = " of wheel " + base().wheels[w].name;
       use(columns.wheels[w].position, "angle" + of, "wheel");
       use(columns.wheels[w].speed, "speed" + of, "wheel");
-      use(columns.wheels[w].load, "load" + of, "wheel");
+      // A current may be both.
+      if (columns.wheels[w].load != columns.wheels[w].torque)
+        use(columns.wheels[w].load, "load" + of, "wheel");
+      use(columns.wheels[w].torque, "torque" + of, "wheel");
     }
     use(columns.x, "x of the tracked body", "tracking");
     use(columns.y, "y of the tracked body", "tracking");
@@ -277,123 +320,6 @@ class BaseReader {
   TomlTable root_;
   BaseFile result_;
   bool known_ = false;  // the kinematics
-};
-
-class BaseWriter {
- public:
-  BaseWriter(const BaseFile& file, std::span<const RobotRemark> remarks) : file_(file), remarks_(remarks) {}
-
-  std::string text(std::span<const std::string> header) {
-    for (const std::string& line : header) text_ += toml_comment(line) + "\n";
-    line("format", toml_string(kBaseFormat));
-    line("name", toml_string(file_.name));
-    write_base();
-    write_columns();
-    for (std::size_t w = 0; w < base().wheels.size(); ++w) write_wheel(w);
-    write_tracking();
-    const BaseDescription& b = base();
-    if (b.slip_forward != 0 || b.slip_sideways != 0 || b.slip_with_load != 0) {
-      text_ += "\n[slip]\n";
-      number("forward", b.slip_forward);
-      number("sideways", b.slip_sideways);
-      number("with_load", b.slip_with_load);
-    }
-    for (std::size_t f = 0; f < b.floors.size(); ++f) write_floor(f);
-    return text_;
-  }
-
- private:
-  const BaseDescription& base() const { return file_.base; }
-  void line(std::string_view key, const std::string& value) { text_ += fmt::format("{} = {}\n", key, value); }
-  void number(std::string_view key, double value) { line(key, toml_number(value)); }
-  void name(std::string_view key, const std::string& value) {
-    if (!value.empty()) line(key, toml_string(value));
-  }
-  void remark(std::string_view part) {
-    for (const RobotRemark& one : remarks_)
-      if (one.part == part) text_ += toml_comment(one.text) + "\n";
-  }
-
-  void write_base() {
-    text_ += "\n";
-    remark("base");
-    remark("steering");
-    text_ += "[base]\n";
-    const auto kinematics = std::ranges::find(kKinematics, base().kinematics,
-                                              &std::pair<std::string_view, BaseKinematics>::second);
-    line("kinematics", toml_string(kinematics->first));
-    if (base().kinematics == BaseKinematics::kMecanum) {
-      number("wheelbase_m", file_.wheelbase_m);
-      number("track_m", file_.track_m);
-      if (base().turning_length_m == 0.5 * (file_.wheelbase_m + file_.track_m)) return end_base();
-    }
-    number(turning_key(base().kinematics), base().turning_length_m);
-    end_base();
-  }
-  void end_base() {
-    if (base().steering_offset_rad != 0) number("steering_offset_rad", base().steering_offset_rad);
-    if (file_.window_s > 0) number("window_s", file_.window_s);
-  }
-
-  void write_columns() {
-    const BaseFile::Columns& columns = file_.columns;
-    if (columns.time.empty() && columns.run.empty() && columns.steering.empty()) return;
-    text_ += "\n[columns]\n";
-    name("time", columns.time);
-    name("run", columns.run);
-    name("steering", columns.steering);
-    if (columns.steering_factor != 1) number("steering_factor", columns.steering_factor);
-  }
-
-  void write_wheel(std::size_t w) {
-    const BaseDescription::Wheel& wheel = base().wheels[w];
-    const BaseFile::Columns::Wheel& columns = file_.columns.wheels[w];
-    text_ += "\n";
-    remark(wheel.name);
-    text_ += "[[wheel]]\n";
-    line("name", toml_string(wheel.name));
-    number("radius_m", wheel.radius_m);
-    if (base().kinematics == BaseKinematics::kOmni) number("angle_rad", wheel.angle_rad);
-    name("position_column", columns.position);
-    name("speed_column", columns.speed);
-    if (columns.factor != 1) number("factor", columns.factor);
-    name("load_column", columns.load);
-  }
-
-  void write_tracking() {
-    const BaseFile::Columns& columns = file_.columns;
-    const BaseDescription::Tracking& tracking = base().tracking;
-    text_ += "\n";
-    remark("tracking");
-    text_ += "[tracking]\n";
-    name("x_column", columns.x);
-    name("y_column", columns.y);
-    name("heading_column", columns.heading);
-    if (columns.position_factor != 1) number("position_factor", columns.position_factor);
-    if (columns.heading_factor != 1) number("heading_factor", columns.heading_factor);
-    if (columns.mirrored) line("mirrored", "true");
-    line("offset_m",
-         fmt::format("[{}, {}]", toml_number(tracking.p_BT_m.x()), toml_number(tracking.p_BT_m.y())));
-    number("yaw_rad", tracking.yaw_BT_rad);
-    if (tracking.scale != 1) number("scale", tracking.scale);
-  }
-
-  void write_floor(std::size_t f) {
-    const BaseDescription::Floor& floor = base().floors[f];
-    text_ += "\n";
-    remark(floor.name);
-    text_ += "[[floor]]\n";
-    line("name", toml_string(floor.name));
-    std::string list;
-    for (const std::string& one : file_.floor_recordings[f])
-      list += (list.empty() ? "" : ", ") + toml_string(one);
-    line("recordings", "[" + list + "]");
-    if (floor.slip != 0) number("slip", floor.slip);
-  }
-
-  const BaseFile& file_;
-  std::span<const RobotRemark> remarks_;
-  std::string text_;
 };
 
 }  // namespace
@@ -417,10 +343,5 @@ bool describes_base(const std::filesystem::path& path) {
 }
 
 BaseFile read_base_file(const std::filesystem::path& path) { return BaseReader(path).read(); }
-
-std::string base_file_text(const BaseFile& file, std::span<const std::string> header,
-                           std::span<const RobotRemark> remarks) {
-  return BaseWriter(file, remarks).text(header);
-}
 
 }  // namespace runtime

@@ -24,7 +24,9 @@ struct BaseFile {
       std::string position;  ///< one of the two is empty
       std::string speed;
       double factor = 1;
-      std::string load;  ///< empty: not measured
+      std::string load;    ///< empty: not measured
+      std::string torque;  ///< of all wheels, or of none
+      double torque_factor = 1;
     };
     std::string time;      ///< empty: t_s or time_s
     std::string run;       ///< empty: a recording is one run
@@ -53,7 +55,7 @@ bool describes_base(const std::filesystem::path& path);
 BaseFile read_base_file(const std::filesystem::path& path);
 
 /// Text from which read_base_file() restores every digit. Parts of remarks: "base", "steering", "tracking",
-/// names of wheels and floors.
+/// "floor" (its slope), names of wheels and floors.
 std::string base_file_text(const BaseFile& file, std::span<const std::string> header,
                            std::span<const RobotRemark> remarks);
 

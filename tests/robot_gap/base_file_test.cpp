@@ -41,8 +41,8 @@ class BaseFile : public testing::Test {
   }
   runtime::BaseFile read(const std::string& text) { return runtime::read_base_file(file(text)); }
   /// The text with one part replaced is refused at this line.
-  void expect_refused(const std::string& part, const std::string& by, int line, const std::string& why) {
-    std::string text = kTwoWheels;
+  void expect_refused(std::string text, const std::string& part, const std::string& by, int line,
+                      const std::string& why) {
     text.replace(text.find(part), part.size(), by);
     try {
       read(text);
@@ -103,6 +103,86 @@ TEST_F(BaseFile, EveryDigitOfAFittedModelIsReadBack) {
   EXPECT_EQ(runtime::base_file_text(again, {}, {&remark, 1}), text);
 }
 
+const std::string kWeighed = R"(format = "youbot-robot-model/1"
+[base]
+kinematics = "omni"
+radius_m = 0.2
+mass_kg = 12
+yaw_inertia_kg_m2 = 0.3
+centre_m = [0.01, -0.02]
+sideways_resistance_N = 1.5
+[[wheel]]
+name = "a"
+radius_m = 0.05
+angle_rad = 0
+position_column = "a"
+torque_column = "ia"
+load_column = "ia"
+torque_factor = 0.4
+coulomb_Nm = 0.02
+[[wheel]]
+name = "b"
+radius_m = 0.05
+angle_rad = 2.1
+position_column = "b"
+torque_column = "ib"
+[[wheel]]
+name = "c"
+radius_m = 0.05
+angle_rad = 4.2
+position_column = "c"
+torque_column = "ic"
+[tracking]
+x_column = "x"
+y_column = "y"
+heading_column = "th"
+[floor_slope]
+x = 0.01
+[[floor]]
+name = "carpet"
+recordings = ["carpet"]
+resistance_N = 3
+)";
+
+TEST_F(BaseFile, MassAndFrictionAreReadBack) {
+  runtime::BaseFile base = read(kWeighed);
+  EXPECT_EQ(base.base.body.mass_kg, 12);
+  EXPECT_EQ(base.base.body.p_BC_m, Eigen::Vector2d(0.01, -0.02));
+  EXPECT_EQ(base.columns.wheels[0].torque, "ia");
+  EXPECT_EQ(base.columns.wheels[0].torque_factor, 0.4);
+  base.base.body.slope.y() = 0.01 / 3;
+  base.base.body.turning_resistance_Nm = 0.1 / 3;
+  base.base.wheels[1].viscous_Nm_s_per_rad = 0.01 / 7;
+  base.base.wheels[2].torque_scale = 1.0 / 3;
+  base.base.wheels[2].offset_Nm = -0.1 / 7;
+  base.base.wheels[2].inertia_kg_m2 = 0.01 / 9;
+  const std::string text = runtime::base_file_text(base, {}, {});
+  const control::BaseDescription again = read(text).base;
+  EXPECT_EQ(again.body.mass_kg, base.base.body.mass_kg);
+  EXPECT_EQ(again.body.yaw_inertia_kg_m2, base.base.body.yaw_inertia_kg_m2);
+  EXPECT_EQ(again.body.p_BC_m, base.base.body.p_BC_m);
+  EXPECT_EQ(again.body.slope, base.base.body.slope);
+  EXPECT_EQ(again.body.sideways_resistance_N, 1.5);
+  EXPECT_EQ(again.body.turning_resistance_Nm, base.base.body.turning_resistance_Nm);
+  EXPECT_EQ(again.floors[0].resistance_N, 3);
+  EXPECT_EQ(again.wheels[0].coulomb_Nm, 0.02);
+  EXPECT_EQ(again.wheels[1].viscous_Nm_s_per_rad, base.base.wheels[1].viscous_Nm_s_per_rad);
+  EXPECT_EQ(again.wheels[2].torque_scale, base.base.wheels[2].torque_scale);
+  EXPECT_EQ(again.wheels[2].offset_Nm, base.base.wheels[2].offset_Nm);
+  EXPECT_EQ(again.wheels[2].inertia_kg_m2, base.base.wheels[2].inertia_kg_m2);
+  EXPECT_EQ(runtime::base_file_text(read(text), {}, {}), text);
+}
+
+TEST_F(BaseFile, TorquesNeedAMassAndAllWheels) {
+  expect_refused(kWeighed, "mass_kg = 12\n", "", 13, "weigh it and write mass_kg");
+  expect_refused(kWeighed, "torque_column = \"ib\"\n", "", 9, "'b' has no torque_column");
+  expect_refused(kWeighed, "mass_kg = 12", "mass_kg = 0", 5, "mass_kg");
+  expect_refused(kWeighed, "coulomb_Nm = 0.02", "coulomb_Nm = -0.02", 17, "coulomb_Nm");
+  expect_refused(kWeighed, "torque_factor = 0.4", "torque_factor = 0", 16, "nothing would be read");
+  expect_refused(kWeighed, "\"ib\"", "\"ic\"", 9, "each has its own column");
+  expect_refused(kWeighed, "x = 0.01\n", "z = 0.01\n", 35, "z");
+}
+
 TEST_F(BaseFile, TheTurningLengthOfAMecanumBaseIsHalfOfWheelbasePlusTrackUntilItIsFitted) {
   std::string text = R"(format = "youbot-robot-model/1"
 [base]
@@ -144,14 +224,16 @@ TEST_F(BaseFile, DiffersFromAnArmsByItsTables) {
 }
 
 TEST_F(BaseFile, WhatIsWrongIsReportedWithItsLineAndItsRemedy) {
-  expect_refused("\"differential\"", "\"hover\"", 4, "tricycle");
-  expect_refused("track_m = 0.2\n", "", 3, "track_m");
-  expect_refused("track_m = 0.2\n", "track_m = 0\n", 5, "track_m");
-  expect_refused("name = \"right\"", "name = \"front\"", 6, R"(name = "left" and name = "right")");
-  expect_refused("position_column = \"r\"", "", 7, "exactly one of them");
-  expect_refused("factor = -0.0625", "factor = 0", 14, "nothing would be read");
-  expect_refused("x_column = \"x\"", "x_column = \"y\"", 16, "each has its own column");
-  expect_refused("heading_column = \"th\"\n", "heading_column = \"th\"\nsacle = 1\n", 20, "sacle");
+  expect_refused(kTwoWheels, "\"differential\"", "\"hover\"", 4, "tricycle");
+  expect_refused(kTwoWheels, "track_m = 0.2\n", "", 3, "track_m");
+  expect_refused(kTwoWheels, "track_m = 0.2\n", "track_m = 0\n", 5, "track_m");
+  expect_refused(kTwoWheels, "name = \"right\"", "name = \"front\"", 6,
+                 R"(name = "left" and name = "right")");
+  expect_refused(kTwoWheels, "position_column = \"r\"", "", 7, "exactly one of them");
+  expect_refused(kTwoWheels, "factor = -0.0625", "factor = 0", 14, "nothing would be read");
+  expect_refused(kTwoWheels, "x_column = \"x\"", "x_column = \"y\"", 16, "each has its own column");
+  expect_refused(kTwoWheels, "heading_column = \"th\"\n", "heading_column = \"th\"\nsacle = 1\n", 20,
+                 "sacle");
 }
 
 }  // namespace base_file_test
