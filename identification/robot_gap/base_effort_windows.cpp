@@ -299,7 +299,10 @@ std::vector<EffortWindow> effort_windows(const BaseMotion& motion, const BaseDes
         const auto track = std::ranges::find_if(run.tracks, [&](const BaseTrack& one) {
           return one.time_s.front() <= start_s && start_s + window_s <= one.time_s.back();
         });
-        if (track != run.tracks.end()) windows.push_back(filler.filled(r, *track, start_s, window_s, lag_s));
+        const bool has_torque =
+            run.time_s.front() <= start_s + lag_s && start_s + window_s + lag_s <= run.time_s.back();
+        if (track != run.tracks.end() && has_torque)
+          windows.push_back(filler.filled(r, *track, start_s, window_s, lag_s));
       }
     }
   }

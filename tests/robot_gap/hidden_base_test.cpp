@@ -4,6 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
+#include <vector>
+
+#include "tests/robot_gap/base_cases.h"
 
 namespace robot_gap_test {
 namespace {
@@ -59,6 +63,37 @@ TEST(HiddenBase, TheTrackerIsLate) {
   const BaseRecording now = base.record({.seconds = 20, .seed = 3, .lag_s = 0}, "now");
   const BaseRecording late = base.record({.seconds = 20, .seed = 3, .lag_s = 0.04}, "late");
   for (std::size_t i = 2; i < now.time_s.size(); i += 50) EXPECT_NEAR(late.x_m[i], now.x_m[i - 2], 0.003);
+}
+
+// Steady wheels need their friction alone; the slope takes its share of the weight by the radius.
+TEST(HiddenBase, TorquesCarryFrictionAndTheSlope) {
+  const HiddenBase level(weighed(two_wheeler()), {});
+  const HiddenBase sloped(weighed(two_wheeler()), {{"floor_slope", "floor", 0.01, 0.02}});
+  const BasePlan line{.motion = BaseMotion::kLines, .seconds = 8, .lag_s = 0};
+  const BaseRecording seen = level.record(line, "line");
+  const BaseRecording on_slope = sloped.record(line, "line");
+  const double rate = 0.25 / 0.042;
+  const double heading = seen.heading_rad[200];
+  const double uphill_N = 5 * 9.81 * (0.01 * std::cos(heading) + 0.02 * std::sin(heading));
+  const auto mean_Nm = [](const BaseRecording& one) { return one.torque_Nm.middleCols(200, 100).mean(); };
+  EXPECT_NEAR(mean_Nm(seen), 0.02 + 0.003 * rate, 0.002);
+  EXPECT_NEAR(mean_Nm(on_slope) - mean_Nm(seen), uphill_N * 0.042 / 2, 0.001);
+}
+
+Judged judged(BaseCase::Group group, std::vector<BaseEffect> hidden) {
+  return judge_base({group, weighed(two_wheeler()), std::move(hidden), 1});
+}
+
+TEST(HiddenBase, AHeavierBaseWithAStiffWheelIsNamedFromItsTorques) {
+  const Judged answer =
+      judged(BaseCase::Group::kForcesPairs, {{"mass", "base", 0.2}, {"coulomb", "right", 0.012}});
+  EXPECT_TRUE(answer.right) << answer.result.reason;
+}
+
+TEST(HiddenBase, ALoadThatIsPutOnHalfWayHasNoName) {
+  const Judged answer = judged(BaseCase::Group::kForcesOutside, {{"payload_put_on", "base", 0.3}});
+  EXPECT_TRUE(answer.result.effects.empty());
+  EXPECT_EQ(answer.result.verdict, identification::robot_gap::Verdict::kUnexplained);
 }
 
 }  // namespace

@@ -1,0 +1,144 @@
+// Forces on a base, against numbers worked out by hand.
+#include "identification/robot_gap/base_effort.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "identification/robot_gap/base_subject.h"
+
+namespace base_effort_test {
+
+using control::BaseDescription;
+using control::BaseKinematics;
+using identification::robot_gap::BaseForces;
+using identification::robot_gap::BaseMotion;
+using identification::robot_gap::BaseRecording;
+using identification::robot_gap::BaseRun;
+using identification::robot_gap::BaseSubject;
+using identification::robot_gap::effort_windows;
+using identification::robot_gap::EffortWindow;
+
+BaseDescription ten_kilograms() {
+  BaseDescription base{.kinematics = BaseKinematics::kDifferential,
+                       .wheels = {{"left", 0.05}, {"right", 0.05}},
+                       .turning_length_m = 0.4};
+  base.body.mass_kg = 10;
+  base.body.yaw_inertia_kg_m2 = 0.3;
+  return base;
+}
+
+/// Wheels at these speeds, without torque.
+EffortWindow turning(double left_rad_per_s, double right_rad_per_s) {
+  EffortWindow window;
+  window.speed_rad_per_s = Eigen::Vector2d(left_rad_per_s, right_rad_per_s);
+  window.speed_products = window.speed_rad_per_s * window.speed_rad_per_s.transpose();
+  window.sign = window.speed_rad_per_s.cwiseSign();
+  window.acceleration_rad_per_s2 = Eigen::Vector2d::Zero();
+  window.torque_Nm = Eigen::Vector2d::Zero();
+  return window;
+}
+
+Eigen::Vector3d excess(const BaseDescription& base, const EffortWindow& window) {
+  return BaseForces(base, base, -1).excess(window);
+}
+
+TEST(BaseForces, TorquesOverTheRadiusAccelerateTheMassAndTheWheels) {
+  BaseDescription base = ten_kilograms();
+  EffortWindow window = turning(4, 4);
+  window.acceleration_rad_per_s2 = Eigen::Vector2d(10, 10);  // 0.5 m/s²: 5 N, 0.125 N·m of each wheel
+  window.torque_Nm = Eigen::Vector2d(0.125, 0.125);
+  EXPECT_NEAR(excess(base, window).head<1>().norm(), 0, 1e-12);
+  for (BaseDescription::Wheel& wheel : base.wheels) {
+    wheel.inertia_kg_m2 = 0.001;  // 0.01 N·m
+    wheel.coulomb_Nm = 0.02;
+    wheel.viscous_Nm_s_per_rad = 0.005;
+  }
+  window.torque_Nm = Eigen::Vector2d::Constant(0.125 + 0.01 + 0.02 + 0.02);
+  EXPECT_NEAR(excess(base, window)[0], 0, 1e-12);
+  EXPECT_NEAR(excess(base, window)[2], 0, 1e-12);
+}
+
+TEST(BaseForces, ACentreOfMassAheadPullsATurningBaseOutwards) {
+  BaseDescription base = ten_kilograms();
+  base.body.p_BC_m = {0.1, 0};
+  // 1 m/s and 0.5 rad/s: the centre of mass needs m·c·r² = 0.25 N backwards and m·u·r = 5 N to the left at
+  // 0.1 m.
+  const Eigen::Vector3d left = excess(base, turning(18, 22));
+  EXPECT_NEAR(left[0], 10 * 0.1 * 0.25, 1e-12);
+  EXPECT_NEAR(left[2], -5 * 0.1, 1e-12);
+}
+
+TEST(BaseForces, ASlopePullsByTheHeading) {
+  BaseDescription base = ten_kilograms();
+  base.body.slope = {0, 0.02};
+  EffortWindow window = turning(4, 4);
+  EXPECT_NEAR(excess(base, window)[0], 0, 1e-12);
+  window.cos_yaw = 0;  // looks along y
+  window.sin_yaw = 1;
+  EXPECT_NEAR(excess(base, window)[0], -10 * 9.81 * 0.02, 1e-12);
+}
+
+/// Starts after a second at rest, then speeds up evenly.
+BaseMotion speeding_up(double rad_per_s2, double torque_lag_s) {
+  BaseRun run;
+  constexpr Eigen::Index kRows = 400;
+  run.angle_rad.resize(2, kRows);
+  run.torque_Nm.resize(2, kRows);
+  run.tracks.emplace_back();
+  for (Eigen::Index i = 0; i < kRows; ++i) {
+    const double t = 0.01 * static_cast<double>(i);
+    run.time_s.push_back(t);
+    run.angle_rad.col(i).setConstant(0.5 * rad_per_s2 * t * t);
+    run.torque_Nm.col(i).setConstant(t - torque_lag_s);
+    run.tracks.back().time_s.push_back(t);
+    run.tracks.back().pose.push_back({t, 0, 0});
+  }
+  BaseMotion motion;
+  motion.runs.push_back(std::move(run));
+  return motion;
+}
+
+TEST(EffortWindows, AnAccelerationIsFromAnglesByPartsAndTheTorqueAtItsOwnTime) {
+  const BaseMotion motion = speeding_up(3, 0.035);
+  const auto windows =
+      effort_windows(motion, ten_kilograms(), {Eigen::Vector2d(1, 1), {0.05, 0, 0.1}}, 0.5, 0.035);
+  ASSERT_GT(windows.size(), 5U);
+  for (const EffortWindow& window : windows) {
+    const double middle_s = 0.5 * (window.start_s + window.end_s);
+    EXPECT_GT(window.start_s, 0.25);  // wheels turn at 1 rad/s after a third of a second
+    EXPECT_NEAR(window.acceleration_rad_per_s2[0], 3, 1e-6);
+    EXPECT_NEAR(window.speed_rad_per_s[1], 3 * middle_s, 1e-3);
+    EXPECT_NEAR(window.torque_Nm[0], middle_s, 1e-5);
+  }
+}
+
+TEST(EffortWindows, ATorqueWithoutSignIsRefusedWithTheRemedy) {
+  BaseRecording recording;
+  recording.name = "one";
+  recording.is_speed = {true, true};
+  constexpr Eigen::Index kRows = 6000;
+  recording.wheel.resize(2, kRows);
+  recording.torque_Nm = Eigen::MatrixXd::Ones(2, kRows);
+  double x = 0;
+  for (Eigen::Index i = 0; i < kRows; ++i) {
+    const double t = 0.01 * static_cast<double>(i);
+    const double speed = 10 * std::sin(0.5 * t);
+    recording.time_s.push_back(t);
+    recording.wheel.col(i).setConstant(speed);
+    recording.pose.push_back({x, 0, 0});
+    x += 0.01 * 0.05 * speed;
+  }
+  try {
+    const BaseSubject subject(ten_kilograms(), {recording}, {recording});
+    ADD_FAILURE() << "accepted";
+  } catch (const std::invalid_argument& error) {
+    const std::string text = error.what();
+    EXPECT_NE(text.find("wheel left is positive whichever way it turns"), std::string::npos) << text;
+    EXPECT_NE(text.find("load_column"), std::string::npos) << text;
+  }
+}
+
+}  // namespace base_effort_test
