@@ -32,8 +32,6 @@ class BaseEfforts {
   double lag_s() const noexcept { return lag_s_; }
   /// Rms of each axis that noise leaves [N, N, N·m].
   const Eigen::Vector3d& floor() const noexcept { return floor_; }
-  /// Rms acceleration of the base in the windows [m/s², m/s², rad/s²].
-  const Eigen::Vector3d& acceleration() const noexcept { return acceleration_; }
 
   /// Window after window, as BaseForces says.
   Eigen::MatrixX3d pushed(Part part) const;
@@ -62,7 +60,6 @@ class BaseEfforts {
   double window_s_ = 0;
   double lag_s_ = 0;
   Eigen::Vector3d floor_ = Eigen::Vector3d::Zero();
-  Eigen::Vector3d acceleration_ = Eigen::Vector3d::Zero();
 };
 
 /// Names and units of the axes of a kinematics.

@@ -1,6 +1,8 @@
 #include "identification/robot_gap/base_experiments.h"
 
+#include <Eigen/QR>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
@@ -8,6 +10,7 @@
 
 #include "control/base_rolling.h"
 #include "control/planar.h"
+#include "identification/robot_gap/base_effort.h"
 #include "identification/robot_gap/base_motion.h"
 
 namespace identification::robot_gap {
@@ -65,6 +68,40 @@ WheelSteps steps_of(const BaseRolling& given, const PlanarVector& displacement,
   return steps;
 }
 
+/// Of the excess, in a motion for which the given base has the torques.
+Eigen::Vector3d difference_of_forces(const BaseDescription& one, const BaseDescription& other,
+                                     const BaseDescription& given, const PlanarVector& twist,
+                                     const PlanarVector& change, double yaw_rad) {
+  const BaseRolling rolling(given);
+  const auto wheels = [&](const PlanarVector& motion) {
+    const std::vector<double> rates = rolling.wheels_for(motion).angle_rad;
+    return Eigen::VectorXd(
+        Eigen::Map<const Eigen::VectorXd>(rates.data(), static_cast<Eigen::Index>(rates.size())));
+  };
+  EffortWindow window;
+  window.speed_rad_per_s = wheels(twist);
+  window.acceleration_rad_per_s2 = wheels(change);
+  window.sign = window.speed_rad_per_s.cwiseSign();
+  window.speed_products = window.speed_rad_per_s * window.speed_rad_per_s.transpose();
+  window.cos_yaw = std::cos(yaw_rad);
+  window.sin_yaw = std::sin(yaw_rad);
+  window.sideways_sign = (0 < twist[1]) - (twist[1] < 0);
+  window.turning_sign = (0 < twist[2]) - (twist[2] < 0);
+  window.steered.cc = window.acceleration_rad_per_s2[0];
+  window.steered.c_yaw = {window.cos_yaw, window.sin_yaw};
+  window.torque_Nm = Eigen::VectorXd::Zero(window.sign.size());
+  const BaseForces forces(given, given, -1);
+  const Eigen::Vector3d needed = -forces.excess(window);
+  Eigen::MatrixXd push(3, window.sign.size());
+  for (Eigen::Index w = 0; w < push.cols(); ++w) {
+    window.torque_Nm.setZero();
+    window.torque_Nm[w] = 1;
+    push.col(w) = forces.excess(window) + needed;
+  }
+  window.torque_Nm = push.completeOrthogonalDecomposition().solve(needed);
+  return BaseForces(one, given, -1).excess(window) - BaseForces(other, given, -1).excess(window);
+}
+
 }  // namespace
 
 std::string deciding_motion(const BaseDescription& one, const BaseDescription& other,
@@ -113,6 +150,59 @@ std::string deciding_motion(const BaseDescription& one, const BaseDescription& o
                   "%s at %.2g m/s: in windows of %.2g s they differ by %.2g noise floors in %s", name.c_str(),
                   seen.speed_m_per_s, seen.window_s, most, kChannels[static_cast<std::size_t>(channel)]);
   }
+  return text;
+}
+
+std::string deciding_force(const BaseDescription& one, const BaseDescription& other, const SeenMotion& seen,
+                           const Eigen::Vector3d& force_floor) {
+  const std::vector<Eigen::Index> axes = effort_axes(seen.given.kinematics);
+  const double speed = seen.speed_m_per_s;
+  const double turn_rad_per_s = std::max(seen.turn_rad_per_s, speed / seen.given.turning_length_m / kCircle);
+  struct TriedState {
+    const char* name;
+    PlanarVector twist;
+    PlanarVector change;
+  };
+  // Speeding up: to the speed within half a second.
+  const std::vector<TriedState> states{
+      {"steadily forward", {speed, 0, 0}, {0, 0, 0}},
+      {"steadily backward", {-speed, 0, 0}, {0, 0, 0}},
+      {"steadily sideways", {0, speed, 0}, {0, 0, 0}},
+      {"turning steadily on the spot", {0, 0, turn_rad_per_s}, {0, 0, 0}},
+      {"on a circle", {speed, 0, turn_rad_per_s}, {0, 0, 0}},
+      {"speeding up forward", {speed, 0, 0}, {2 * speed, 0, 0}},
+      {"speeding up sideways", {0, speed, 0}, {0, 2 * speed, 0}},
+      {"speeding up on the spot", {0, 0, turn_rad_per_s}, {0, 0, 2 * turn_rad_per_s}}};
+  double most = 0;
+  std::string name;
+  for (const TriedState& state : states) {
+    if (std::ranges::any_of(std::array<Eigen::Index, 3>{0, 1, 2}, [&](Eigen::Index axis) {
+          return state.twist[axis] != 0 && std::ranges::find(axes, axis) == axes.end();
+        }))
+      continue;
+    for (const double yaw_rad : {0.0, std::numbers::pi / 2}) {
+      const Eigen::Vector3d difference =
+          difference_of_forces(one, other, seen.given, state.twist, state.change, yaw_rad)
+              .cwiseQuotient(force_floor.cwiseMax(1e-12));
+      double own = 0;
+      for (const Eigen::Index axis : axes) own = std::max(own, std::abs(difference[axis]));
+      if (own <= 1.1 * most) continue;
+      most = own;
+      name = state.name;
+      if (yaw_rad > 0) name += ", with the heading at 90°";
+    }
+  }
+  char text[300];
+  if (most < kVisible)
+    std::snprintf(
+        text, sizeof text,
+        "none: at the speeds of the recordings the forces differ by %.2g noise floors at most; measure "
+        "one of the two by itself",
+        most);
+  else
+    std::snprintf(text, sizeof text,
+                  "%s at the speed of the recordings: the forces differ by %.2g noise floors", name.c_str(),
+                  most);
   return text;
 }
 

@@ -497,13 +497,16 @@ double BaseSubject::time_s(Part part, std::size_t row) const {
 
 std::string BaseSubject::deciding_experiment(const Eigen::VectorXd& one, const Eigen::VectorXd& other,
                                              std::uint64_t /*seed*/) const {
-  return deciding_motion(changed(one), changed(other),
-                         {.given = given_,
-                          .speed_m_per_s = speed_m_per_s_,
-                          .turn_rad_per_s = turn_rad_per_s_,
-                          .window_s = window_s_[kPlace],
-                          .load = load_,
-                          .noise_floor = floor_.head<3>()});
+  const SeenMotion seen{.given = given_,
+                        .speed_m_per_s = speed_m_per_s_,
+                        .turn_rad_per_s = turn_rad_per_s_,
+                        .window_s = window_s_[kPlace],
+                        .load = load_,
+                        .noise_floor = floor_.head<3>()};
+  std::string motion = deciding_motion(changed(one), changed(other), seen);
+  return efforts_ && motion.starts_with("none: ")
+             ? deciding_force(changed(one), changed(other), seen, efforts_->floor())
+             : motion;
 }
 
 double BaseSubject::accumulated(Part part, const Fitted& at) const {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "identification/robot_gap/base_experiments.h"
 #include "identification/robot_gap/base_subject.h"
 
 namespace base_effort_test {
@@ -79,6 +80,23 @@ TEST(BaseForces, ASlopePullsByTheHeading) {
   window.cos_yaw = 0;  // looks along y
   window.sin_yaw = 1;
   EXPECT_NEAR(excess(base, window)[0], -10 * 9.81 * 0.02, 1e-12);
+}
+
+// Of 2 kg more, the force forward shows 2 N while the base speeds up by 1 m/s² to 0.5 m/s.
+TEST(BaseForces, SpeedingUpDecidesBetweenMassAndFriction) {
+  const BaseDescription given = ten_kilograms();
+  BaseDescription heavier = given;
+  heavier.body.mass_kg += 2;
+  const identification::robot_gap::SeenMotion seen{.given = given,
+                                                   .speed_m_per_s = 0.5,
+                                                   .turn_rad_per_s = 0.5,
+                                                   .window_s = 1,
+                                                   .load = {},
+                                                   .noise_floor = {}};
+  const std::string text = identification::robot_gap::deciding_force(heavier, given, seen, {0.1, 0.1, 0.1});
+  EXPECT_TRUE(text.starts_with("speeding up forward")) << text;
+  EXPECT_NE(text.find("differ by 20 noise floors"), std::string::npos) << text;
+  EXPECT_TRUE(identification::robot_gap::deciding_force(given, given, seen, {1, 1, 1}).starts_with("none: "));
 }
 
 /// Starts after a second at rest, then speeds up evenly.
