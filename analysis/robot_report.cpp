@@ -28,7 +28,7 @@ void add_robot_gap(report::Page& page, const RobotFindings& findings) {
   std::vector<report::Row> rows;
   for (const auto& [unit, gap] : result.gaps) {
     rows = {{"as given", gap.before}};
-    // A base, and an arm without friction, have none to refit.
+    // A robot that is given without friction has none to refit.
     if (gap.refitted != gap.before) rows.push_back({"its friction refitted", gap.refitted});
     rows.push_back({"every parameter fitted at once", gap.dense});
     rows.push_back({"the new one", gap.after});
