@@ -1,13 +1,16 @@
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
+#include <iterator>
 #include <memory>
+#include <numeric>
 #include <system_error>
 #include <utility>
 
 #include "analysis/model_header.h"
 #include "analysis/robot.h"
 #include "analysis/robot_tables.h"
-#include "identification/fit/statistics.h"
+#include "identification/robot_gap/arm_motion.h"
 #include "identification/robot_gap/arm_subject.h"
 
 namespace analysis {
@@ -31,21 +34,6 @@ runtime::ColumnMap arm_columns(const runtime::RobotFile& robot, const std::strin
   return map;
 }
 
-/// Straight lines would bridge it, and their ends would be accelerations.
-void require_no_pause(const ArmRecording& recording, const fs::path& path) {
-  constexpr double kBridgedPeriods = 5;  // as of the recording of a drive
-  std::vector<double> steps_s;
-  for (std::size_t i = 1; i < recording.time_s.size(); ++i)
-    steps_s.push_back(recording.time_s[i] - recording.time_s[i - 1]);
-  if (steps_s.empty()) return;
-  const double longest_s = kBridgedPeriods * identification::fit::median(steps_s);
-  for (std::size_t i = 0; i < steps_s.size(); ++i)
-    if (steps_s[i] > longest_s)
-      throw runtime::ConfigError({fmt::format(
-          "{}: after {:.3f} s there is a pause of {:.3g} s: split the file there, each part is a recording",
-          path.string(), recording.time_s[i], steps_s[i])});
-}
-
 Eigen::MatrixXd gathered(const identification::Recording& recording, std::size_t joints,
                          std::string (*quantity)(std::size_t)) {
   Eigen::MatrixXd result(static_cast<Eigen::Index>(joints), static_cast<Eigen::Index>(recording.rows()));
@@ -67,6 +55,29 @@ std::string arm_model_text(const runtime::RobotFile& base, const ArmSubject& sub
   return runtime::robot_file_text(robot, urdf, base.arm, robot_header(findings), robot_remarks(findings));
 }
 
+/// Replaces recordings with pauses by their parts.
+void cut_at_pauses(ArmRecordings& recordings, double band_Hz) {
+  for (const std::vector<ArmRecording>* list : {&recordings.data, &recordings.held_out})
+    band_Hz = identification::robot_gap::usable_band_Hz(*list, band_Hz);
+  for (std::vector<ArmRecording>* list : {&recordings.data, &recordings.held_out}) {
+    std::vector<ArmRecording> parts;
+    for (ArmRecording& whole : *list) {
+      std::vector<ArmRecording> own = identification::robot_gap::cut_at_pauses(whole, band_Hz);
+      const std::size_t rows =
+          std::accumulate(own.begin(), own.end(), std::size_t{0},
+                          [](std::size_t sum, const ArmRecording& part) { return sum + part.time_s.size(); });
+      if (own.size() > 1 || rows < whole.time_s.size())
+        recordings.warnings.push_back(
+            fmt::format("{}: cut at its pauses, {} {} long enough; {:.2g} % of its rows are left out",
+                        whole.name, own.size(), own.size() == 1 ? "part is" : "parts are",
+                        100.0 * static_cast<double>(whole.time_s.size() - rows) /
+                            static_cast<double>(whole.time_s.size())));
+      std::ranges::move(own, std::back_inserter(parts));
+    }
+    *list = std::move(parts);
+  }
+}
+
 }  // namespace
 
 ArmRecordings read_arm_recordings(const runtime::RobotFile& robot, const RobotGapOptions& options) {
@@ -79,9 +90,9 @@ ArmRecordings read_arm_recordings(const runtime::RobotFile& robot, const RobotGa
                                {time_s.begin(), time_s.end()},
                                gathered(table.recording, joints, &position_quantity),
                                gathered(table.recording, joints, &torque_quantity)};
-        require_no_pause(recording, table.path);
         (table.is_searched ? result.data : result.held_out).push_back(std::move(recording));
       });
+  cut_at_pauses(result, robot.band_Hz);
   return result;
 }
 

@@ -1,7 +1,9 @@
 #include "identification/robot_gap/arm_motion.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <random>
 #include <stdexcept>
@@ -22,6 +24,8 @@ constexpr double kRowsPerBand = 3;
 constexpr double kLeastRate = 8;
 /// Length of a recording, in periods of the band.
 constexpr double kShortestRecording = 20;
+/// A pause of so many usual steps is bridged at any rate, as in the recording of a drive.
+constexpr double kBridgedSteps = 5;
 
 double median_step_s(const ArmRecording& recording) {
   std::vector<double> steps;
@@ -124,6 +128,42 @@ double usable_band_Hz(std::span<const ArmRecording> recordings, double wanted_Hz
     if (const double step_s = median_step_s(recording); step_s > 0)
       band_Hz = std::min(band_Hz, 1 / (kLeastRate * step_s));
   return band_Hz;
+}
+
+std::vector<ArmRecording> cut_at_pauses(const ArmRecording& recording, double band_Hz) {
+  const double bridged_s = std::max(kBridgedSteps * median_step_s(recording), 1 / (kLeastRate * band_Hz));
+  const std::vector<double>& time_s = recording.time_s;
+  std::vector<std::size_t> ends;  // one past the last row of each part
+  for (std::size_t i = 1; i < time_s.size(); ++i)
+    if (time_s[i] - time_s[i - 1] > bridged_s) ends.push_back(i);
+  if (ends.empty()) return {recording};
+  const std::size_t pause = ends.front();
+  ends.push_back(time_s.size());
+  std::vector<ArmRecording> parts;
+  std::size_t from = 0;
+  for (const std::size_t end : ends) {
+    if (time_s[end - 1] - time_s[from] >= kShortestRecording / band_Hz) {
+      std::array<char, 40> place{};
+      std::snprintf(place.data(), place.size(), ", from %.3f s", time_s[from]);
+      const auto first = static_cast<Eigen::Index>(from);
+      const auto rows = static_cast<Eigen::Index>(end - from);
+      parts.push_back({recording.name + place.data(),
+                       {time_s.begin() + first, time_s.begin() + first + rows},
+                       recording.position_rad.middleCols(first, rows),
+                       recording.torque_Nm.middleCols(first, rows)});
+    }
+    from = end;
+  }
+  if (parts.empty()) {
+    std::array<char, 200> what{};
+    std::snprintf(
+        what.data(), what.size(),
+        ": after %.3f s there is a pause of %.3g s, and no part between pauses has the %.3g s that a "
+        "band of %.3g Hz needs; lower band_Hz or record again",
+        time_s[pause - 1], time_s[pause] - time_s[pause - 1], kShortestRecording / band_Hz, band_Hz);
+    throw std::invalid_argument(recording.name + what.data());
+  }
+  return parts;
 }
 
 ArmMotion filtered(const ArmRecording& recording, double band_Hz) {
