@@ -84,23 +84,13 @@ std::vector<double> block_squares(const Eigen::VectorXd& residual, const View& v
   return squares;
 }
 
-std::vector<bool> channels_of(const View& view, const Fitted& fitted, std::size_t candidate) {
-  const ComparedRows rows =
-      view.subject.compare(view.part, fitted, view.catalogue().candidates[candidate].terms);
-  std::vector<bool> acts(view.subject.channels().size(), false);
-  for (std::size_t i = 0; i < view.plan().rows.size(); ++i)
-    if ((rows.columns.row(static_cast<Eigen::Index>(i)).head(rows.columns.cols() - 1).array() != 0).any())
-      acts[static_cast<std::size_t>(view.plan().rows[i].channel)] = true;
-  return acts;
-}
-
 Harm worst_harm(const Eigen::VectorXd& before, const Eigen::VectorXd& after, const View& view,
-                const std::vector<bool>& acts) {
+                const std::vector<bool>& counts) {
   Harm worst;
   double worst_increase = 0;
   const std::vector<std::string>& motions = view.subject.motions(view.part);
   for (Eigen::Index channel = -1; channel < view.sigma.size(); ++channel) {
-    if (channel >= 0 && !acts[static_cast<std::size_t>(channel)]) continue;
+    if (channel >= 0 && !counts[static_cast<std::size_t>(channel)]) continue;
     const std::vector<double> all_before = block_squares(before, view, channel);
     const std::vector<double> all_after = block_squares(after, view, channel);
     for (std::size_t m = 0; m < motions.size(); ++m) {

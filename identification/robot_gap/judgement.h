@@ -31,12 +31,10 @@ struct Harm {
   double before = 0;  ///< rms residual without the correction
   double after = 0;
 };
-/// Channels of which a candidate changes the prediction.
-std::vector<bool> channels_of(const View& view, const Fitted& fitted, std::size_t candidate);
-/// The worst of the recordings on which `after` is significantly worse than `before`. Of single channels only
-/// those on which the correction `acts`: others change because everything else is refitted.
+/// The worst of the recordings on which `after` is significantly worse than `before`, over all channels or in
+/// one of those with `counts`.
 Harm worst_harm(const Eigen::VectorXd& before, const Eigen::VectorXd& after, const View& view,
-                const std::vector<bool>& acts);
+                const std::vector<bool>& counts);
 
 /// Values of the chosen terms with 95 % intervals, for each candidate in turn, from blocks drawn with
 /// repetition.

@@ -138,7 +138,30 @@ class Analysis {
     return fit_chosen(searched_, rest);
   }
 
-  /// The first chosen effect with a reason against it, the most harmful one.
+  /// Of each channel, the squares of an effect's own columns there, in sigma.
+  Eigen::VectorXd action_of(std::size_t candidate, const View& view) const {
+    const std::vector<std::size_t>& terms = catalogue_.candidates[candidate].terms;
+    const ComparedRows rows = subject_.compare(view.part, fitted_, terms);
+    Eigen::VectorXd squares = Eigen::VectorXd::Zero(floor_.size());
+    for (std::size_t i = 0; i < view.plan().rows.size(); ++i) {
+      const Eigen::Index j = view.plan().rows[i].channel;
+      const auto at = static_cast<Eigen::Index>(i);
+      squares[j] += rows.columns.row(at).head(static_cast<Eigen::Index>(terms.size())).squaredNorm() /
+                    (view.sigma[j] * view.sigma[j]);
+    }
+    return squares;
+  }
+  /// Whether an effect acts on each channel.
+  std::vector<bool> acts_on(std::size_t candidate, const View& view) const {
+    const Eigen::VectorXd squares = action_of(candidate, view);
+    const double least = kActs * squares.maxCoeff();
+    std::vector<bool> acts;
+    for (const double one : squares) acts.push_back(one > least);
+    return acts;
+  }
+
+  /// The first chosen effect with a reason against it, the most harmful one. Only what happens where an
+  /// effect acts counts against it: elsewhere, it is other parameters that the fit changes with it.
   std::optional<Refuted> find_refuted() {
     std::optional<Refuted> worst;
     double worst_increase = 0;
@@ -147,6 +170,7 @@ class Analysis {
       const std::size_t candidate = outcome_.chosen[place];
       const Fitted less = without(place);
       const Eigen::VectorXd held_less = residual_of(held_, less);
+      const std::vector<bool> acts = acts_on(candidate, searched_);
       const auto consider = [&](double increase, std::string reason) {
         if (worst && increase <= worst_increase) return;
         worst_increase = increase;
@@ -154,7 +178,6 @@ class Analysis {
       };
       if (is_nothing(place)) consider(0, kContainsGiven);
       const Eigen::VectorXd searched_less = residual_of(searched_, less);
-      const std::vector<bool> acts = channels_of(searched_, fitted_, candidate);
       for (const bool is_held : {true, false}) {
         const Harm harm = is_held ? worst_harm(held_less, after_, held_, acts)
                                   : worst_harm(searched_less, searched, searched_, acts);
@@ -191,28 +214,22 @@ class Analysis {
     double left_floors = 0;
   };
   Removed removed_by(std::size_t place) const {
-    const std::vector<std::size_t>& terms = catalogue_.candidates[outcome_.chosen[place]].terms;
-    const ComparedRows rows = subject_.compare(Part::kHeldOut, fitted_, terms);
-    const auto own = static_cast<Eigen::Index>(terms.size());
+    const std::vector<bool> acts = acts_on(outcome_.chosen[place], held_);
     const Eigen::VectorXd less = residual_of(held_, without(place));
-    Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(floor_.size(), 5);
+    Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(4);
     for (std::size_t i = 0; i < held_.plan().rows.size(); ++i) {
       const Eigen::Index j = held_.plan().rows[i].channel;
       const auto at = static_cast<Eigen::Index>(i);
+      if (!acts[static_cast<std::size_t>(j)]) continue;
       const double sigma = held_.sigma[j];
-      Eigen::RowVectorXd one(5);
-      one << rows.columns.row(at).head(own).squaredNorm(), before_[at] * before_[at], less[at] * less[at],
-          after_[at] * after_[at], floor_[j] * floor_[j];
-      sums.row(j) += one / (sigma * sigma);
+      Eigen::RowVectorXd one(4);
+      one << before_[at] * before_[at], less[at] * less[at], after_[at] * after_[at], floor_[j] * floor_[j];
+      sum += one / (sigma * sigma);
     }
-    const double most = sums.col(0).maxCoeff();
-    Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(5);
-    for (Eigen::Index j = 0; j < sums.rows(); ++j)
-      if (sums(j, 0) > kActs * most) sum += sums.row(j);
     Removed removed;
-    if (sum[1] > sum[4]) removed.by_all = (sum[1] - sum[3]) / (sum[1] - sum[4]);
-    if (sum[2] > sum[4]) removed.by_itself = (sum[2] - sum[3]) / (sum[2] - sum[4]);
-    removed.left_floors = sum[4] > 0 ? std::sqrt(sum[3] / sum[4]) : 0;
+    if (sum[0] > sum[3]) removed.by_all = (sum[0] - sum[2]) / (sum[0] - sum[3]);
+    if (sum[1] > sum[3]) removed.by_itself = (sum[1] - sum[2]) / (sum[1] - sum[3]);
+    removed.left_floors = sum[3] > 0 ? std::sqrt(sum[2] / sum[3]) : 0;
     return removed;
   }
 

@@ -28,7 +28,10 @@ constexpr double kSignLevel = 0.05;
 constexpr double kActsInBlock = 0.01;
 /// Linearised fits until terms that are not quite linear agree with themselves.
 constexpr int kFits = 3;
+/// Effects that a search adds: this many, or for each channel so many. A model without friction lacks two on
+/// every joint.
 constexpr std::size_t kMostEffects = 8;
+constexpr std::size_t kMostOfChannel = 4;
 /// Candidates with this share of the largest gain are fitted, at most so many.
 constexpr double kNear = 0.8;
 constexpr std::size_t kShortList = 8;
@@ -379,12 +382,15 @@ SearchOutcome search(const View& view, std::span<const std::size_t> banned, cons
     rows = std::make_unique<Linearised>(view, outcome.fitted);
   };
   const double of_all = rows->left_out({});
-  while (outcome.chosen.size() < kMostEffects && !is_quiet(*rows, outcome.chosen, view)) {
+  const std::size_t most = std::max(kMostEffects, kMostOfChannel * view.subject.channels().size());
+  while (!is_quiet(*rows, outcome.chosen, view)) {
     const std::optional<Best> best = best_of({view, banned}, *rows, outcome.chosen);
     if (!best) break;
     const double left = rows->left_out(outcome.chosen);
     const double gain = 1 - best->left / left;
-    outcome.next = LeftOut{best->candidate, gain, "takes away too little"};
+    outcome.next = LeftOut{best->candidate, gain, "as many effects as the search adds were found before it"};
+    if (outcome.chosen.size() >= most) break;
+    outcome.next->reason = "takes away too little";
     if (!(gain >= options.least_gain) || gain * left < options.least_of_all * of_all) break;
     outcome.next->reason = "does not help in most of the blocks in which it acts";
     const Chosen with = with_candidate(outcome.chosen, best->candidate, catalogue);

@@ -75,6 +75,37 @@ TEST_P(RobotGapAbstains, FromWhatIsNotInTheLibrary) {
 INSTANTIATE_TEST_SUITE_P(Arms, RobotGapAbstains,
                          testing::Values("planar: pulse 2", "planar: warming_friction 2"));
 
+// What a maker's URDF says of an arm: nothing of friction. Four joints lack eight effects, and the hand
+// carries something. What is found on one joint is not refuted by what the fit of the others then does
+// elsewhere.
+TEST(RobotGap, AModelWithoutFrictionGetsThatOfEveryJointAndThePayload) {
+  const ArmDesign design = elbow_arm();
+  const double payload_kg = 0.1 * design.bodies.back().mass_kg;
+  HiddenArm arm(design, {{"payload", -1, payload_kg}});
+  control::ArmDescription frictionless = published(design, arm.friction());
+  for (control::ArmDrive& drive : frictionless.drives) drive.coulomb_Nm = drive.viscous_Nm_s_per_rad = 0;
+  std::vector<identification::robot_gap::ArmRecording> data;
+  std::vector<identification::robot_gap::ArmRecording> held_out;
+  data.push_back(as_recorded(arm.record({.seconds = 30, .tempo = 1, .seed = 5, .rate_Hz = 200}, "one")));
+  held_out.push_back(
+      as_recorded(arm.record({.seconds = 20, .tempo = 0.8, .seed = 6, .rate_Hz = 200}, "other")));
+  const identification::robot_gap::ArmSubject subject(frictionless, std::move(data), std::move(held_out),
+                                                      {.band_Hz = 5});
+  const auto found = identification::robot_gap::analyse(subject, {});
+  const control::ArmDescription mended = subject.changed(found.changes);
+  for (std::size_t j = 0; j < mended.drives.size(); ++j) {
+    const Friction& truth = arm.friction()[j];
+    EXPECT_NEAR(mended.drives[j].coulomb_Nm, truth.coulomb_Nm, 0.1 * truth.coulomb_Nm) << j;
+    EXPECT_NEAR(mended.drives[j].viscous_Nm_s_per_rad, truth.viscous_Nm_s_per_rad,
+                0.1 * truth.viscous_Nm_s_per_rad)
+        << j;
+  }
+  EXPECT_TRUE(
+      std::ranges::any_of(found.effects, [](const auto& one) { return one.name.effect == "payload"; }));
+  const auto& gap = found.gaps.front().gap;
+  EXPECT_LT(gap.after, 1.25 * gap.noise_floor) << found.reason;
+}
+
 // A right gap for a wrong reason: without the effect, on the arm and in the model, the model must fit again.
 TEST(RobotGap, WithoutTheNamedEffectOnArmAndModelTheGapIsClosedToo) {
   const RobotCase asked = case_of("planar: torque_constant 2 + viscous 1");
