@@ -15,6 +15,15 @@
 namespace runtime {
 namespace {
 
+/// A table without a row of names begins with values.
+bool are_numbers(std::span<const std::string> names) {
+  return std::ranges::all_of(names, [](const std::string& name) {
+    double value = 0;
+    const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), value);
+    return error == std::errc() && end == name.data() + name.size();
+  });
+}
+
 constexpr double kLargestServoValue = 1e6;  // kp, V
 constexpr double kMapPi = std::numbers::pi;
 
@@ -238,6 +247,7 @@ std::optional<std::size_t> ColumnMapper::find(std::span<const std::string> names
     if (!names.empty())
       if (const auto meant = likely_meant(column, Names(names.begin(), names.end())))
         hint = "; did you mean " + in_quotes(*meant) + "?";
+    if (are_numbers(names)) hint = "; this line has only numbers: put a row of names before it";
     problems_.push_back("there is no column " + in_quotes(column) + ", which " + use + " of " + map_.name +
                         " names" + hint + "; the columns are " + list);
     return std::nullopt;

@@ -223,6 +223,7 @@ TEST_F(ColumnMaps, BadTablesAreNamedWithLineColumnAndRemedy) {
   expect_problem("t,q_\n0,1\n", both, "the columns are 't', 'q_'");
   expect_problem("t,position\n0,1\n", kTime + "[position_rad]\ncolumn = \"positon\"\nunit = \"rad\"\n",
                  "did you mean 'position'?");
+  expect_problem("0,1\n1,2\n", both, "this line has only numbers: put a row of names before it");
   expect_problem("t,q,q\n0,1,2\n", both, "column 'q', which [position_rad] of ");
   expect_problem("t,q,q\n0,1,2\n", both, "is there twice; rename one");
   expect_problem("t,q\n0,nan\n", both, "f.csv:2: column 'q' 'nan' is not a finite number");
