@@ -58,6 +58,7 @@ struct DriveRow {
   std::string_view library{};  ///< name of the effect whose places are those of a drive model
   std::string_view mujoco{}, plain{}, urdf{};
   std::string_view lost_in_urdf{};
+  bool urdf_only_turning = false;  ///< URDF has no place for it at a joint that slides
 };
 
 const std::array kDriveRows{
@@ -69,7 +70,7 @@ const std::array kDriveRows{
     DriveRow{"rotor_inertia", [](const ArmDrive& d) { return d.rotor_inertia_kg_m2 != 0; },
              [](ArmDrive& d) { d.rotor_inertia_kg_m2 = 0; }, "", "joint armature", "joint armature",
              "inertia of the link about the axis",
-             "that it turns with this joint alone: here it loads the joints before, too"},
+             "that it turns with this joint alone: here it loads the joints before, too", true},
     DriveRow{"elasticity", [](const ArmDrive& d) { return d.compliance_rad_per_Nm != 0; },
              [](ArmDrive& d) {
                d.compliance_rad_per_Nm = 0;
@@ -111,7 +112,7 @@ Target library_target(ArmTarget target) {
   return plain_target("URDF");
 }
 
-Carriage carriage_of(const DriveRow& row, ArmTarget target) {
+Carriage carriage_of(const DriveRow& row, ArmTarget target, bool slides) {
   Carriage carriage{.effect = std::string(row.effect), .as = {}, .lost = "all of it"};
   if (!row.library.empty()) {
     const auto effect = row.library == "stribeck" ? make_effect("stribeck", {{"exponent", 2}, {"tail", 0}})
@@ -120,6 +121,7 @@ Carriage carriage_of(const DriveRow& row, ArmTarget target) {
     carriage.effect = row.effect;
     return carriage;
   }
+  if (target == ArmTarget::kUrdf && row.urdf_only_turning && slides) return carriage;
   carriage.as = target == ArmTarget::kMujoco ? row.mujoco : target == ArmTarget::kUrdf ? row.urdf : row.plain;
   if (!carriage.as.empty()) carriage.lost = target == ArmTarget::kUrdf ? row.lost_in_urdf : "";
   return carriage;
@@ -213,7 +215,7 @@ std::vector<ArmCarriage> arm_carriages(const ArmDescription& arm, ArmTarget targ
   for (std::size_t j = 0; j < arm.drives.size(); ++j)
     for (const DriveRow& row : kDriveRows) {
       if (!row.is_there(arm.drives[j])) continue;
-      ArmCarriage one{carriage_of(row, target), arm};
+      ArmCarriage one{carriage_of(row, target, arm.arm.links[j].slides), arm};
       one.carriage.effect = arm.drives[j].joint + " " + one.carriage.effect;
       row.drop(one.without.drives[j]);
       all.push_back(std::move(one));
@@ -255,15 +257,15 @@ HeldArm held_by(const ArmDescription& arm, ArmTarget target, const ArmOperation&
     }
     if (target != ArmTarget::kMujoco) straighten(drive, operation.speeds_rad_per_s[j]);
   }
-  for (ArmDrive& drive : held.arm.drives)
+  for (std::size_t j = 0; j < arm.drives.size(); ++j)
     for (const DriveRow& row : kDriveRows)
-      if (carriage_of(row, target).as.empty()) row.drop(drive);
+      if (carriage_of(row, target, arm.arm.links[j].slides).as.empty()) row.drop(held.arm.drives[j]);
   turn_frames_by_zeros(held.arm);
   if (target == ArmTarget::kUrdf)
     for (std::size_t j = 0; j < arm.drives.size(); ++j) {
       control::ArmLink& link = held.arm.arm.links[j];
       double& rotor_kg_m2 = held.arm.drives[j].rotor_inertia_kg_m2;
-      if (!link.slides) link.inertia.about_C_kg_m2 += rotor_kg_m2 * link.axis_L * link.axis_L.transpose();
+      link.inertia.about_C_kg_m2 += rotor_kg_m2 * link.axis_L * link.axis_L.transpose();
       rotor_kg_m2 = 0;
     }
   make_bodies_possible(held);

@@ -195,6 +195,20 @@ TEST(ExportArm, LoadFrictionIsCoulombFrictionAtTheMeanLoad) {
   EXPECT_EQ(held.arm.drives[1].load_friction, 0);
 }
 
+TEST(ExportArm, TheRotorOfASlidingJointHasNoPlaceInUrdf) {
+  ArmDescription given = arm();
+  given.drives[0].rotor_inertia_kg_m2 = 5;  // kg: of a slide
+  const auto carriages = analysis::arm_carriages(given, ArmTarget::kUrdf);
+  ASSERT_EQ(carriages.size(), 1U);
+  EXPECT_EQ(carriages[0].carriage.effect, "lift rotor_inertia");
+  EXPECT_EQ(carriages[0].carriage.as, "");
+  EXPECT_EQ(carriages[0].without.drives[0].rotor_inertia_kg_m2, 0);
+  EXPECT_FALSE(analysis::arm_carriages(given, ArmTarget::kMujoco)[0].carriage.as.empty());
+  const HeldArm held = analysis::held_by(given, ArmTarget::kUrdf, operation(given));
+  EXPECT_EQ(held.arm.drives[0].rotor_inertia_kg_m2, 0);
+  EXPECT_TRUE(held.arm.arm.links[0].inertia.about_C_kg_m2.isApprox(given.arm.links[0].inertia.about_C_kg_m2));
+}
+
 TEST(ExportArm, AJointThatNothingMovesIsRefusedByItsName) {
   ArmDescription given = arm();
   given.arm.links[2].inertia = {};
