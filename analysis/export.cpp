@@ -14,6 +14,7 @@
 #include "analysis/export_mujoco.h"
 #include "analysis/export_residual.h"
 #include "analysis/export_robot.h"
+#include "analysis/sliding_fit.h"
 #include "identification/gap/measured_gap.h"
 #include "runtime/configuration/robot_file.h"
 #include "runtime/log.h"
@@ -31,19 +32,10 @@ constexpr const char* kMujocoFile = "drive.xml";
 constexpr const char* kPlainFile = "drive_plain.xml";
 constexpr const char* kUrdfFile = "drive.urdf";
 
-/// Speeds at which an approximation should be good: those of the recordings, otherwise all alike.
-std::vector<double> speeds_of(const MeasuredGap* data, double top_rad_per_s) {
-  if (data != nullptr)
-    if (std::vector<double> speeds = data->speeds_rad_per_s(); !speeds.empty()) return speeds;
-  constexpr int kSpeeds = 400;
-  std::vector<double> speeds;
-  for (int i = 0; i <= kSpeeds; ++i) speeds.push_back(top_rad_per_s * i / kSpeeds);
-  return speeds;
-}
-
 std::vector<ExportedFile> texts_of(const DriveModel& model, const MeasuredGap* data,
                                    const ExportOptions& options) {
-  const std::vector<double> speeds = speeds_of(data, options.top_speed_rad_per_s);
+  const std::vector<double> speeds = speeds_to_fit_rad_per_s(
+      data != nullptr ? data->speeds_rad_per_s() : std::vector<double>{}, options.top_speed_rad_per_s);
   const auto make = [&](const char* name, const Target& target, SlidingTerms terms, const auto& text) {
     const DriveModel carried = carried_by(model, target);
     const SlidingFit sliding = fit_sliding(carried, speeds, terms);

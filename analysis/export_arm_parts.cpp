@@ -193,8 +193,7 @@ void make_bodies_possible(HeldArm& held) {
 
 /// Coulomb and viscous friction in place of all that slides.
 void straighten(ArmDrive& drive, std::span<const double> speeds_rad_per_s) {
-  const bool is_straight = drive.quadratic_drag_Nm_s2_per_rad2 == 0 && drive.stribeck_Nm == 0;
-  if (is_straight || speeds_rad_per_s.empty()) return;
+  if (drive.quadratic_drag_Nm_s2_per_rad2 == 0 && drive.stribeck_Nm == 0) return;
   const SlidingFit fit = fit_sliding(sliding_part(drive), speeds_rad_per_s, SlidingTerms::kCoulombViscous);
   drive.coulomb_Nm = fit.coulomb_Nm;
   drive.viscous_Nm_s_per_rad = fit.viscous_Nm_s_per_rad;

@@ -28,10 +28,12 @@ std::vector<ArmCarriage> arm_carriages(const control::ArmDescription& arm, ArmTa
 /// Of gravity, bodies and payload, one line each.
 std::vector<Carriage> body_carriages(const control::ArmDescription& arm, ArmTarget target);
 
-/// What is known from recordings, by joint; without recordings `speeds_rad_per_s` alone.
+/// How the arm is used, by joint.
 struct ArmOperation {
-  std::vector<std::vector<double>> speeds_rad_per_s;  ///< at which an approximation should be good
-  std::vector<double> mean_load_Nm;  ///< of the links, which turns load-dependent friction into Coulomb's
+  /// At which an approximation should be good. None is empty.
+  std::vector<std::vector<double>> speeds_rad_per_s;
+  /// Of the links, which turns load-dependent friction into Coulomb's. Empty without recordings.
+  std::vector<double> mean_load_Nm;
 };
 
 /// An arm that the target can hold exactly, with no zero of an encoder: frames are turned by it.

@@ -12,6 +12,7 @@
 #include "analysis/export_files.h"
 #include "analysis/export_residual.h"
 #include "analysis/robot_tables.h"
+#include "analysis/sliding_fit.h"
 #include "identification/robot_gap/measured_arm.h"
 #include "runtime/configuration/base_file.h"
 #include "runtime/configuration/robot_file.h"
@@ -63,12 +64,10 @@ ArmOperation operation_of(const RobotFile& robot, const std::optional<MeasuredAr
                           double top_rad_per_s) {
   ArmOperation operation;
   if (data) operation.mean_load_Nm = data->mean_load_Nm(robot.arm);
-  constexpr int kSpeeds = 400;
   for (std::size_t j = 0; j < robot.arm.drives.size(); ++j) {
     std::vector<double> speeds;
     if (data) speeds = data->speeds_rad_per_s(static_cast<Eigen::Index>(j));
-    for (int i = 0; speeds.size() <= kSpeeds && !data; ++i) speeds.push_back(top_rad_per_s * i / kSpeeds);
-    operation.speeds_rad_per_s.push_back(std::move(speeds));
+    operation.speeds_rad_per_s.push_back(speeds_to_fit_rad_per_s(std::move(speeds), top_rad_per_s));
   }
   return operation;
 }

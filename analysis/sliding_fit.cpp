@@ -150,6 +150,14 @@ double SlidingFit::level_Nm(double speed_rad_per_s) const noexcept {
   return level;
 }
 
+std::vector<double> speeds_to_fit_rad_per_s(std::vector<double> recorded_rad_per_s, double top_rad_per_s) {
+  if (!recorded_rad_per_s.empty()) return recorded_rad_per_s;
+  constexpr int kSpeeds = 400;
+  std::vector<double> speeds;
+  for (int i = 0; i <= kSpeeds; ++i) speeds.push_back(top_rad_per_s * i / kSpeeds);
+  return speeds;
+}
+
 SlidingFit fit_sliding(const DriveModel& model, std::span<const double> speeds, SlidingTerms terms) {
   const EffectChain chain(model.effects);
   SlidingFit fit;

@@ -35,6 +35,9 @@ enum class SlidingTerms {
   kAll,
 };
 
+/// At which an approximation should be good: `recorded` if there are any, otherwise even from 0 to the top.
+std::vector<double> speeds_to_fit_rad_per_s(std::vector<double> recorded_rad_per_s, double top_rad_per_s);
+
 /// Of the sliding friction of `model`, which may have effects of other kinds: they are ignored. A drift has
 /// ended: the drive is warm. Exact where the terms can express the model, such as Stribeck friction with an
 /// exponent of 2; least squares over `speeds_rad_per_s` (>= 0, not empty) otherwise, with no negative term.

@@ -1,11 +1,13 @@
 // The command youbot-gap export of a robot file: files, account, residuals, and what it refuses.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <regex>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -62,6 +64,37 @@ TEST_F(RobotExport, WritesTwoFilesForMujocoWithWhatEachLosesAndWhatThatCosts) {
   EXPECT_TRUE(result.said("without it the gap on the recordings is")) << result.output;
   EXPECT_TRUE(result.said("at the mean load of the recordings")) << result.output;
   EXPECT_TRUE(result.said("with what MuJoCo holds of it")) << result.output;
+}
+
+TEST_F(RobotExport, FrictionOfAJointThatStandsStillIsStraightenedAsWithoutRecordings) {
+  std::ofstream(model_, std::ios::app) << "quadratic_drag_Nm_s2_per_rad2 = 0.01\nstribeck_Nm = 0.1\n";
+  std::ifstream given(data_ / "A_fast_1.csv");
+  std::string still;
+  for (std::string line; std::getline(given, line);) {
+    const std::size_t q2 = line.find(',', line.find(',') + 1) + 1;
+    if (line.starts_with("t_s"))
+      still += line + '\n';
+    else
+      still += line.substr(0, q2) + '0' + line.substr(line.find(',', q2)) + '\n';
+  }
+  const std::string data = "--data " + directory_.write("still.csv", still).string();
+  for (const char* const format : {"mujoco", "urdf"}) {
+    const support::CommandResult result = run(format, data + " --quiet");
+    ASSERT_EQ(result.exit_code, 0) << result.output;
+  }
+  const std::string plain = read(out() / "robot_plain.xml");
+  EXPECT_EQ(plain.find("<dcmotor"), std::string::npos) << plain;
+  // The nearest straight line to 0.16 + 0.1 exp(-(v/0.1)²) + 0.01 v² has a slope.
+  const std::regex damping(R"re(damping="([^"]*)")re");
+  for (const char* const file : {"robot_plain.xml", "robot.urdf"}) {
+    const std::string text = read(out() / file);
+    double largest = 0;
+    for (std::sregex_iterator at(text.begin(), text.end(), damping), end; at != end; ++at) {
+      EXPECT_EQ((*at)[1].str().find(' '), std::string::npos) << file << ": a polynomial";
+      largest = std::max(largest, std::stod((*at)[1]));
+    }
+    EXPECT_GT(largest, 0.01) << file;
+  }
 }
 
 TEST_F(RobotExport, WritesAUrdfThatItsOwnReaderReads) {
