@@ -28,6 +28,9 @@ using model::effects::make_effect;
 /// Engines refuse smaller masses and moments.
 constexpr double kLeastMass_kg = 1e-9;
 constexpr double kLeastMoment_kg_m2 = 1e-12;
+/// Far above what the least masses and moments of some links add to a joint: below it there is nothing that
+/// moves.
+constexpr double kLeastInertia_kg_m2 = 1e-8;
 /// Share of a moment below which a correction of it is rounding.
 constexpr double kRounding = 1e-5;
 
@@ -295,7 +298,7 @@ std::vector<double> lightest_inertias(const ArmDescription& arm) {
     for (Eigen::Index j = 0; j < n; ++j) {
       double& least = lightest[static_cast<std::size_t>(j)];
       const double inertia = 1 / mobility[j];
-      if (!(inertia > kLeastMoment_kg_m2) || !std::isfinite(inertia))
+      if (!(inertia > kLeastInertia_kg_m2) || !std::isfinite(inertia))
         throw std::invalid_argument(
             fmt::format("joint {} has no inertia, neither of a link nor of a rotor: a simulation cannot move "
                         "it; give rotor_inertia_kg_m2",

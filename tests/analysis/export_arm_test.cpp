@@ -213,13 +213,15 @@ TEST(ExportArm, AJointThatNothingMovesIsRefusedByItsName) {
   ArmDescription given = arm();
   given.arm.links[2].inertia = {};
   try {
-    analysis::arm_mujoco_text(given, kNames, 5e-4, {});
+    const HeldArm held = analysis::held_by(given, ArmTarget::kMujoco, operation(given));
+    analysis::arm_mujoco_text(held.arm, kNames, 5e-4, {});
     FAIL() << "accepted";
   } catch (const std::invalid_argument& error) {
     EXPECT_NE(std::string(error.what()).find("joint elbow"), std::string::npos) << error.what();
   }
   given.drives[2].rotor_inertia_kg_m2 = 0.01;
-  const std::string text = analysis::arm_mujoco_text(given, kNames, 5e-4, {});
+  const HeldArm held = analysis::held_by(given, ArmTarget::kMujoco, operation(given));
+  const std::string text = analysis::arm_mujoco_text(held.arm, kNames, 5e-4, {});
   EXPECT_NE(text.find(R"(name="shoulder" armature="0" limited="true" range="-2 2")"), std::string::npos)
       << text;
 }
