@@ -179,18 +179,36 @@ Eigen::Matrix3d possible(const Eigen::Matrix3d& inertia) {
   return better.trace() * Eigen::Matrix3d::Identity() - better;
 }
 
+/// Of one body. How much that changes a moment; 0 if it is rounding [kg·m²].
+double make_possible(LinkInertia& body) {
+  body.mass_kg = std::max(body.mass_kg, kLeastMass_kg);
+  const Eigen::Matrix3d given = body.about_C_kg_m2;
+  body.about_C_kg_m2 = possible(given);
+  const double change = (body.about_C_kg_m2 - given).cwiseAbs().maxCoeff();
+  return change > kRounding * given.cwiseAbs().maxCoeff() + 10 * kLeastMoment_kg_m2 ? change : 0;
+}
+
 void make_bodies_possible(HeldArm& held) {
-  for (control::ArmLink& link : held.arm.arm.links) {
-    LinkInertia& body = link.inertia;
-    body.mass_kg = std::max(body.mass_kg, kLeastMass_kg);
-    const Eigen::Matrix3d given = body.about_C_kg_m2;
-    body.about_C_kg_m2 = possible(given);
-    const double change = (body.about_C_kg_m2 - given).cwiseAbs().maxCoeff();
-    if (change > kRounding * given.cwiseAbs().maxCoeff() + 10 * kLeastMoment_kg_m2)
+  for (control::ArmLink& link : held.arm.arm.links)
+    if (const double change = make_possible(link.inertia); change > 0)
       held.changes.push_back(fmt::format(
           "link {}: one moment of its inertia is negative or larger than the other two together, which "
           "no body has; the nearest that a body can have differs by {:.3g} kg·m²",
           link.link, change));
+}
+
+/// About the axes of joints that turn. Expects bodies that are possible.
+void add_rotors_to_links(HeldArm& held) {
+  for (std::size_t j = 0; j < held.arm.drives.size(); ++j) {
+    ArmDrive& drive = held.arm.drives[j];
+    control::ArmLink& link = held.arm.arm.links[j];
+    link.inertia.about_C_kg_m2 += drive.rotor_inertia_kg_m2 * link.axis_L * link.axis_L.transpose();
+    drive.rotor_inertia_kg_m2 = 0;
+    if (const double change = make_possible(link.inertia); change > 0)
+      held.changes.push_back(
+          fmt::format("{} rotor_inertia: no body has so much inertia about one axis alone, so the moments of "
+                      "link {} about the other axes are up to {:.3g} kg·m² larger",
+                      drive.joint, link.link, change));
   }
 }
 
@@ -263,14 +281,8 @@ HeldArm held_by(const ArmDescription& arm, ArmTarget target, const ArmOperation&
     for (const DriveRow& row : kDriveRows)
       if (carriage_of(row, target, arm.arm.links[j].slides).as.empty()) row.drop(held.arm.drives[j]);
   turn_frames_by_zeros(held.arm);
-  if (target == ArmTarget::kUrdf)
-    for (std::size_t j = 0; j < arm.drives.size(); ++j) {
-      control::ArmLink& link = held.arm.arm.links[j];
-      double& rotor_kg_m2 = held.arm.drives[j].rotor_inertia_kg_m2;
-      link.inertia.about_C_kg_m2 += rotor_kg_m2 * link.axis_L * link.axis_L.transpose();
-      rotor_kg_m2 = 0;
-    }
   make_bodies_possible(held);
+  if (target == ArmTarget::kUrdf) add_rotors_to_links(held);
   return held;
 }
 

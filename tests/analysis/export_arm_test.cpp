@@ -184,6 +184,26 @@ TEST(ExportArm, AnInertiaThatNoBodyHasKeepsItsLargestMomentAndIsNamed) {
   EXPECT_NE(held.changes[0].find("link lower"), std::string::npos) << held.changes[0];
 }
 
+TEST(ExportArm, ARotorInUrdfMakesTheOtherMomentsOfItsLinkLargerAndIsNamed) {
+  ArmDescription given = arm();
+  given.drives[2].rotor_inertia_kg_m2 = 0.1;
+  const HeldArm held = analysis::held_by(given, ArmTarget::kUrdf, operation(given));
+  const Eigen::Matrix3d& inertia = held.arm.arm.links[2].inertia.about_C_kg_m2;
+  // About y, beside 0.01, 0.01 and 0.002: the others have to be 0.11 together and differ as before.
+  EXPECT_NEAR(inertia(1, 1), 0.11, 1e-6);
+  EXPECT_NEAR(inertia(0, 0), 0.059, 1e-6);
+  EXPECT_NEAR(inertia(2, 2), 0.051, 1e-6);
+  ASSERT_EQ(held.changes.size(), 1U);
+  EXPECT_NE(held.changes[0].find("elbow rotor_inertia: no body"), std::string::npos) << held.changes[0];
+  EXPECT_NE(held.changes[0].find("up to 0.049 kg·m² larger"), std::string::npos) << held.changes[0];
+
+  given.arm.links[2].inertia.about_C_kg_m2 = Eigen::Vector3d(0.01, 0.02, 0.002).asDiagonal();
+  const HeldArm both = analysis::held_by(given, ArmTarget::kUrdf, operation(given));
+  ASSERT_EQ(both.changes.size(), 2U);
+  EXPECT_NE(both.changes[0].find("link lower: one moment"), std::string::npos) << both.changes[0];
+  EXPECT_NE(both.changes[1].find("elbow rotor_inertia"), std::string::npos) << both.changes[1];
+}
+
 TEST(ExportArm, LoadFrictionIsCoulombFrictionAtTheMeanLoad) {
   ArmDescription given = arm();
   given.drives[1].coulomb_Nm = 0.1;
