@@ -120,7 +120,10 @@ class ArmMjcf {
         names_(names),
         timestep_s_(timestep_s),
         lightest_(lightest_inertias(arm)),
-        unused_(taken_by(arm, names)) {}
+        unused_(taken_by(arm, names)),
+        base_(mujoco_base(arm, names)) {
+    unused_.take(base_);
+  }
 
   std::string text(std::span<const std::string> remarks) {
     const std::string bodies = this->bodies();
@@ -133,7 +136,7 @@ class ArmMjcf {
 
  private:
   std::string bodies() {
-    std::string text = fmt::format("    <body name=\"{}\">\n", escaped(names_.base));
+    std::string text = fmt::format("    <body name=\"{}\">\n", escaped(base_));
     std::string indent(6, ' ');
     for (std::size_t j = 0; j < arm_.drives.size(); ++j) {
       text += arm_.drives[j].compliance_rad_per_Nm > 0 ? elastic_link(j, indent) : link(j, indent);
@@ -230,6 +233,7 @@ class ArmMjcf {
   double timestep_s_;
   std::vector<double> lightest_;
   UnusedNames unused_;
+  std::string base_;
   std::string motors_;
   std::string passive_;
   std::string tendons_;
@@ -274,6 +278,10 @@ ElasticShaft elastic_shaft(const ArmDrive& drive, double lightest_kg_m2, double 
       std::min(shaft.stiffness_Nm_per_rad, mjcf::stiffest_Nm_per_rad(reduced_kg_m2, timestep_s));
   shaft.damping_Nm_s_per_rad = 2 * kShaftDampingRatio * std::sqrt(shaft.stiffness_Nm_per_rad * reduced_kg_m2);
   return shaft;
+}
+
+std::string mujoco_base(const ArmDescription& arm, const ArmNames& names) {
+  return names.base == "world" ? taken_by(arm, names).like(names.base) : names.base;
 }
 
 std::string arm_mujoco_text(const ArmDescription& arm, const ArmNames& names, double timestep_s,

@@ -26,6 +26,9 @@ struct ElasticShaft {
 /// `lightest_kg_m2`: the least inertia of the link.
 ElasticShaft elastic_shaft(const control::ArmDrive& drive, double lightest_kg_m2, double timestep_s);
 
+/// Of the base's body in the file: `world` is MuJoCo's own.
+std::string mujoco_base(const control::ArmDescription& arm, const ArmNames& names);
+
 /// A file that runs as it is: a body for each link, a hinge or slide for each joint, a site at the tip, and a
 /// motor for each joint, of its name, whose control is the torque that the drive reports [N·m]. Behind an
 /// elastic gear the link has a hinge of its own, NAME_link, and the joint NAME is that of the encoder. `arm`:

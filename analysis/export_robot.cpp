@@ -115,10 +115,13 @@ std::vector<std::string> shaft_lines(const control::ArmDescription& arm, double 
 
 ExportedFile file_of(const RobotFile& robot, const RobotTarget& target,
                      const std::optional<MeasuredArm>& data, const ExportOptions& options) {
-  const HeldArm held =
-      held_by(robot.arm, target.target, operation_of(robot, data, options.top_speed_rad_per_s));
-  ExportedFile file{target.file, {}, account_of(robot, target, held, data)};
+  HeldArm held = held_by(robot.arm, target.target, operation_of(robot, data, options.top_speed_rad_per_s));
   const ArmNames names{robot.name, robot.base, robot.tip};
+  if (target.target != ArmTarget::kUrdf)
+    if (const std::string base = mujoco_base(held.arm, names); base != names.base)
+      held.changes.push_back(
+          fmt::format("base: its body is named {}, as MuJoCo has a body {} of its own", base, names.base));
+  ExportedFile file{target.file, {}, account_of(robot, target, held, data)};
   if (target.target == ArmTarget::kUrdf) {
     file.text = arm_urdf_text(held.arm, names, export_remarks(options, file.account));
     return file;

@@ -281,4 +281,12 @@ TEST(ExportArm, NamesThatXmlCannotHoldAreEscapedAndNoneIsTwice) {
     EXPECT_NE(text.find(name), std::string::npos) << name << " is not in\n" << text;
 }
 
+TEST(ExportArm, ABaseOfMujocosOwnNameGetsAnother) {
+  const std::string text = analysis::arm_mujoco_text(arm(), {"three", "world", "tip"}, 5e-4, {});
+  EXPECT_EQ(text.find(R"(<body name="world")"), std::string::npos) << text;
+  EXPECT_NE(text.find(R"(<body name="world_")"), std::string::npos) << text;
+  EXPECT_NE(analysis::arm_urdf_text(arm(), {"three", "world", "tip"}, {}).find(R"(<link name="world"/>)"),
+            std::string::npos);
+}
+
 }  // namespace export_arm_test

@@ -5,7 +5,7 @@
 // usage: node exported_arm_test.mjs PROGRAMS CASES SCRATCH
 import assert from 'node:assert/strict';
 import {execFileSync} from 'node:child_process';
-import {readdirSync, readFileSync} from 'node:fs';
+import {mkdirSync, readdirSync, readFileSync, writeFileSync} from 'node:fs';
 import {join} from 'node:path';
 import load from '@mujoco/mujoco';
 
@@ -137,6 +137,15 @@ console.log('| arm | torque, ours | robot.xml | robot_plain.xml | robot.urdf | v
 console.log('|---|---|---|---|---|---|---|---|');
 const worse = [];
 const names = readdirSync(cases).sort();
+
+/// MuJoCo has a body `world` of its own: the export renames a base of that name.
+const on_world = join(scratch, 'on_world');
+mkdirSync(on_world, {recursive: true});
+for (const file of ['arm.urdf', 'robot.toml'])
+  writeFileSync(join(on_world, file), readFileSync(join(cases, names[0], file), 'utf8').replaceAll(/(["'])base\1/g, '"world"'));
+execFileSync(join(programs, 'youbot-gap'), ['export', 'mujoco', join(on_world, 'robot.toml'), '--out', on_world, '--quiet']);
+new Arm(readFileSync(join(on_world, 'robot.xml'), 'utf8')).delete();
+
 for (const name of names) {
   const {motions, ours_rad_per_s} = JSON.parse(readFileSync(join(cases, name, 'motions.json'), 'utf8'));
   const out = join(scratch, name);

@@ -108,6 +108,18 @@ TEST_F(RobotExport, WritesAUrdfThatItsOwnReaderReads) {
   EXPECT_NEAR(arm.links[1].inertia.about_C_kg_m2(1, 1), 0.0035 + 0.00276, 1e-9);
 }
 
+TEST_F(RobotExport, SaysThatABaseNamedWorldIsRenamedForMujoco) {
+  for (const fs::path& path : {directory_ / "arm.urdf", fs::path(model_)}) {
+    const std::string renamed = std::regex_replace(read(path), std::regex("\"base\""), "\"world\"");
+    std::ofstream(path) << renamed;
+  }
+  const support::CommandResult result = run("mujoco");
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_TRUE(result.said("base: its body is named world_")) << result.output;
+  EXPECT_NE(read(out() / "robot.xml").find(R"(<body name="world_">)"), std::string::npos);
+  EXPECT_FALSE(run("urdf").said("world_"));
+}
+
 TEST_F(RobotExport, TheResidualHasTheGapThatIsPrinted) {
   const support::CommandResult result = run("residual", recording());
   ASSERT_EQ(result.exit_code, 0) << result.output;
