@@ -90,44 +90,48 @@ std::vector<std::string> account_of(const RobotFile& robot, const RobotTarget& t
   return lines;
 }
 
-/// What a spring between two hinges is other than the gear of the file.
-std::vector<std::string> shaft_lines(const control::ArmDescription& arm, double timestep_s) {
-  std::vector<std::string> lines;
-  const std::vector<double> lightest = lightest_inertias(arm);
-  for (std::size_t j = 0; j < arm.drives.size(); ++j) {
-    const control::ArmDrive& drive = arm.drives[j];
+/// Gives the arm the springs and rotors that the file has: they may be other than its gears.
+void hold_shafts(HeldArm& held, double timestep_s) {
+  const std::vector<double> lightest = lightest_inertias(held.arm);
+  for (std::size_t j = 0; j < held.arm.drives.size(); ++j) {
+    control::ArmDrive& drive = held.arm.drives[j];
     if (drive.compliance_rad_per_Nm == 0) continue;
+    const bool slides = held.arm.arm.links[j].slides;
     const ElasticShaft shaft = elastic_shaft(drive, lightest[j], timestep_s);
-    std::string line = fmt::format("{} elasticity: {:.4g} N·m/rad", drive.joint, shaft.stiffness_Nm_per_rad);
+    std::string line = fmt::format("{} elasticity: {:.4g} {}", drive.joint, shaft.stiffness_Nm_per_rad,
+                                   slides ? "N/m" : "N·m/rad");
     constexpr double kSame = 0.999;
     if (shaft.stiffness_Nm_per_rad * drive.compliance_rad_per_Nm < kSame)
       line += fmt::format(" in place of {:.4g}, which needs a shorter --timestep",
                           1 / drive.compliance_rad_per_Nm);
-    line += fmt::format("; damping of our choice: {:.3g} N·m·s/rad", shaft.damping_Nm_s_per_rad);
+    line += fmt::format("; damping of our choice: {:.3g} {}", shaft.damping_Nm_s_per_rad,
+                        slides ? "N·s/m" : "N·m·s/rad");
     if (drive.rotor_inertia_kg_m2 == 0)
       line += fmt::format(
-          "; no rotor_inertia_kg_m2 is given: a rotor of {:.3g} kg·m² is added, which the time step needs",
-          shaft.rotor_kg_m2);
-    lines.push_back(std::move(line));
+          "; no rotor_inertia_kg_m2 is given: a rotor of {:.3g} {} is added, which keeps the "
+          "simulation stable",
+          shaft.rotor_kg_m2, slides ? "kg" : "kg·m²");
+    held.changes.push_back(std::move(line));
+    drive.compliance_rad_per_Nm = 1 / shaft.stiffness_Nm_per_rad;
+    drive.rotor_inertia_kg_m2 = shaft.rotor_kg_m2;
   }
-  return lines;
 }
 
 ExportedFile file_of(const RobotFile& robot, const RobotTarget& target,
                      const std::optional<MeasuredArm>& data, const ExportOptions& options) {
   HeldArm held = held_by(robot.arm, target.target, operation_of(robot, data, options.top_speed_rad_per_s));
   const ArmNames names{robot.name, robot.base, robot.tip};
-  if (target.target != ArmTarget::kUrdf)
+  if (target.target != ArmTarget::kUrdf) {
+    hold_shafts(held, options.timestep_s);
     if (const std::string base = mujoco_base(held.arm, names); base != names.base)
       held.changes.push_back(
           fmt::format("base: its body is named {}, as MuJoCo has a body {} of its own", base, names.base));
+  }
   ExportedFile file{target.file, {}, account_of(robot, target, held, data)};
   if (target.target == ArmTarget::kUrdf) {
     file.text = arm_urdf_text(held.arm, names, export_remarks(options, file.account));
     return file;
   }
-  const std::vector<std::string> shafts = shaft_lines(held.arm, options.timestep_s);
-  file.account.insert(file.account.end() - 1, shafts.begin(), shafts.end());
   file.text = arm_mujoco_text(held.arm, names, options.timestep_s, export_remarks(options, file.account));
   return file;
 }

@@ -1,5 +1,6 @@
 // The command youbot-gap export of a robot file: files, account, residuals, and what it refuses.
 #include <gtest/gtest.h>
+#include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
 #include <cmath>
@@ -95,6 +96,35 @@ TEST_F(RobotExport, FrictionOfAJointThatStandsStillIsStraightenedAsWithoutRecord
     }
     EXPECT_GT(largest, 0.01) << file;
   }
+}
+
+TEST_F(RobotExport, TheGapOfWhatMujocoHoldsIsThatOfTheSofterSpringAndTheAddedRotor) {
+  // A spring as stiff as a rigid gear, which the time step does not allow; and no rotor.
+  std::string text = read(model_);
+  text =
+      text.substr(0, text.rfind("rotor_inertia_kg_m2")) + "compliance_rad_per_Nm = 1e-7\ncoulomb_Nm = 0.16\n";
+  std::ofstream(model_) << text;
+  const support::CommandResult result = run("mujoco", recording() + " --timestep 0.002");
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  std::smatch account;
+  ASSERT_TRUE(std::regex_search(
+      result.output, account,
+      std::regex("elbow elasticity: (\\S+) N·m/rad in place of 1e\\+07.*a rotor of (\\S+) kg·m²")))
+      << result.output;
+  std::smatch gap;
+  const std::regex gaps(R"((\S+) N·m with the model, (\S+) with what MuJoCo holds of it)");
+  ASSERT_TRUE(std::regex_search(result.output, gap, gaps)) << result.output;
+  // The same arm with that spring and that rotor from the start.
+  std::ofstream(model_) << std::regex_replace(
+      text, std::regex("compliance_rad_per_Nm = 1e-7"),
+      fmt::format("compliance_rad_per_Nm = {}\nrotor_inertia_kg_m2 = {}", 1 / std::stod(account[1]),
+                  account[2].str()));
+  fs::remove_all(out());
+  const support::CommandResult same = run("mujoco", recording() + " --timestep 0.002");
+  std::smatch its_gap;
+  ASSERT_TRUE(std::regex_search(same.output, its_gap, gaps)) << same.output;
+  EXPECT_NEAR(std::stod(gap[2]), std::stod(its_gap[1]), 2e-3 * std::stod(gap[2]));
+  EXPECT_NE(gap[1].str(), gap[2].str());
 }
 
 TEST_F(RobotExport, WritesAUrdfThatItsOwnReaderReads) {
