@@ -64,6 +64,8 @@ struct DriveRow {
   bool urdf_only_turning = false;  ///< URDF has no place for it at a joint that slides
 };
 
+constexpr std::string_view kLoadFriction = "load_friction";
+
 const std::array kDriveRows{
     DriveRow{"encoder_zero", [](const ArmDrive& d) { return d.encoder_zero_rad != 0; },
              [](ArmDrive& d) { d.encoder_zero_rad = 0; }, "", "the frame of the link is turned by it",
@@ -91,8 +93,8 @@ const std::array kDriveRows{
              [](ArmDrive& d) { d.stribeck_Nm = 0; }, "stribeck"},
     DriveRow{"torque_offset", [](const ArmDrive& d) { return d.offset_Nm != 0; },
              [](ArmDrive& d) { d.offset_Nm = 0; }, "torque_offset"},
-    DriveRow{"load_friction", [](const ArmDrive& d) { return d.load_friction != 0; },
-             [](ArmDrive& d) { d.load_friction = 0; }, "load_friction"},
+    DriveRow{kLoadFriction, [](const ArmDrive& d) { return d.load_friction != 0; },
+             [](ArmDrive& d) { d.load_friction = 0; }},
     DriveRow{"spring", [](const ArmDrive& d) { return d.spring_Nm_per_rad != 0; },
              [](ArmDrive& d) { d.spring_Nm_per_rad = 0; }, "", "joint stiffness", "joint stiffness"},
     DriveRow{"cable_torque",
@@ -212,6 +214,12 @@ void add_rotors_to_links(HeldArm& held) {
   }
 }
 
+/// 0 if the load is not known.
+double mean_load_friction_Nm(const ArmDrive& drive, const ArmOperation& operation, std::size_t joint) {
+  return operation.mean_load_Nm.empty() ? 0
+                                        : std::max(0.0, drive.load_friction) * operation.mean_load_Nm[joint];
+}
+
 /// Coulomb and viscous friction in place of all that slides.
 void straighten(ArmDrive& drive, std::span<const double> speeds_rad_per_s) {
   if (drive.quadratic_drag_Nm_s2_per_rad2 == 0 && drive.stribeck_Nm == 0) return;
@@ -230,12 +238,19 @@ bool is_usual_gravity(const Eigen::Vector3d& gravity_m_per_s2) {
 
 }  // namespace
 
-std::vector<ArmCarriage> arm_carriages(const ArmDescription& arm, ArmTarget target) {
+std::vector<ArmCarriage> arm_carriages(const ArmDescription& arm, ArmTarget target,
+                                       const ArmOperation& operation) {
   std::vector<ArmCarriage> all;
   for (std::size_t j = 0; j < arm.drives.size(); ++j)
     for (const DriveRow& row : kDriveRows) {
       if (!row.is_there(arm.drives[j])) continue;
       ArmCarriage one{carriage_of(row, target, arm.arm.links[j].slides), arm};
+      const double mean_Nm = mean_load_friction_Nm(arm.drives[j], operation, j);
+      if (row.effect == kLoadFriction && mean_Nm > 0) {
+        one.carriage.as = fmt::format("Coulomb friction of {:.3g} {}, as at the mean load of the recordings",
+                                      mean_Nm, arm.arm.links[j].slides ? "N" : "N·m");
+        one.carriage.lost = "that it changes with the load";
+      }
       one.carriage.effect = arm.drives[j].joint + " " + one.carriage.effect;
       row.drop(one.without.drives[j]);
       all.push_back(std::move(one));
@@ -268,13 +283,7 @@ HeldArm held_by(const ArmDescription& arm, ArmTarget target, const ArmOperation&
   HeldArm held{arm, {}};
   for (std::size_t j = 0; j < arm.drives.size(); ++j) {
     ArmDrive& drive = held.arm.drives[j];
-    if (drive.load_friction > 0 && !operation.mean_load_Nm.empty()) {
-      const double mean_Nm = drive.load_friction * operation.mean_load_Nm[j];
-      drive.coulomb_Nm += mean_Nm;
-      held.changes.push_back(fmt::format(
-          "{} load_friction: at the mean load of the recordings it is {:.3g} N·m, held as Coulomb friction",
-          drive.joint, mean_Nm));
-    }
+    drive.coulomb_Nm += mean_load_friction_Nm(drive, operation, j);
     if (target != ArmTarget::kMujoco) straighten(drive, operation.speeds_rad_per_s[j]);
   }
   for (std::size_t j = 0; j < arm.drives.size(); ++j)

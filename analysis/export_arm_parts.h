@@ -23,8 +23,6 @@ struct ArmCarriage {
   Carriage carriage;
   control::ArmDescription without;  ///< the arm without it
 };
-/// Of all joints, in their order: "shoulder coulomb".
-std::vector<ArmCarriage> arm_carriages(const control::ArmDescription& arm, ArmTarget target);
 /// Of gravity, bodies and payload, one line each.
 std::vector<Carriage> body_carriages(const control::ArmDescription& arm, ArmTarget target);
 
@@ -35,6 +33,10 @@ struct ArmOperation {
   /// Of the links, which turns load-dependent friction into Coulomb's. Empty without recordings.
   std::vector<double> mean_load_Nm;
 };
+
+/// Of all joints, in their order: "shoulder coulomb".
+std::vector<ArmCarriage> arm_carriages(const control::ArmDescription& arm, ArmTarget target,
+                                       const ArmOperation& operation);
 
 /// An arm that the target can hold exactly, with no zero of an encoder: frames are turned by it.
 struct HeldArm {

@@ -73,12 +73,12 @@ ArmOperation operation_of(const RobotFile& robot, const std::optional<MeasuredAr
 }
 
 std::vector<std::string> account_of(const RobotFile& robot, const RobotTarget& target, const HeldArm& held,
-                                    const std::optional<MeasuredArm>& data) {
+                                    const ArmOperation& operation, const std::optional<MeasuredArm>& data) {
   std::vector<std::string> lines;
   const double whole_Nm = data ? data->gap_Nm(robot.arm) : 0;
   for (const Carriage& one : body_carriages(robot.arm, target.target))
     lines.push_back(account_line(one, std::nullopt));
-  for (const ArmCarriage& one : arm_carriages(robot.arm, target.target)) {
+  for (const ArmCarriage& one : arm_carriages(robot.arm, target.target, operation)) {
     std::optional<Cost> cost;
     if (data && one.carriage.as.empty()) cost = {data->gap_Nm(one.without), whole_Nm};
     lines.push_back(account_line(one.carriage, cost));
@@ -119,7 +119,8 @@ void hold_shafts(HeldArm& held, double timestep_s) {
 
 ExportedFile file_of(const RobotFile& robot, const RobotTarget& target,
                      const std::optional<MeasuredArm>& data, const ExportOptions& options) {
-  HeldArm held = held_by(robot.arm, target.target, operation_of(robot, data, options.top_speed_rad_per_s));
+  const ArmOperation operation = operation_of(robot, data, options.top_speed_rad_per_s);
+  HeldArm held = held_by(robot.arm, target.target, operation);
   const ArmNames names{robot.name, robot.base, robot.tip};
   if (target.target != ArmTarget::kUrdf) {
     hold_shafts(held, options.timestep_s);
@@ -127,7 +128,7 @@ ExportedFile file_of(const RobotFile& robot, const RobotTarget& target,
       held.changes.push_back(
           fmt::format("base: its body is named {}, as MuJoCo has a body {} of its own", base, names.base));
   }
-  ExportedFile file{target.file, {}, account_of(robot, target, held, data)};
+  ExportedFile file{target.file, {}, account_of(robot, target, held, operation, data)};
   if (target.target == ArmTarget::kUrdf) {
     file.text = arm_urdf_text(held.arm, names, export_remarks(options, file.account));
     return file;

@@ -132,13 +132,14 @@ TEST(ExportArm, EveryEffectOfADriveIsInTheAccountOnceAndWithoutItItIsGone) {
     ArmDescription changed = arm();
     change(changed.drives[1]);
     for (const ArmTarget target : {ArmTarget::kMujoco, ArmTarget::kPlainMujoco, ArmTarget::kUrdf}) {
-      const auto carriages = analysis::arm_carriages(changed, target);
+      const auto carriages = analysis::arm_carriages(changed, target, operation(changed));
       ASSERT_EQ(carriages.size(), 1U) << effect;
       EXPECT_EQ(carriages[0].carriage.effect, "shoulder " + effect);
       EXPECT_FALSE(carriages[0].carriage.as.empty() && carriages[0].carriage.lost.empty()) << effect;
-      EXPECT_TRUE(analysis::arm_carriages(carriages[0].without, target).empty()) << effect;
+      EXPECT_TRUE(analysis::arm_carriages(carriages[0].without, target, operation(changed)).empty())
+          << effect;
     }
-    EXPECT_EQ(analysis::arm_carriages(changed, ArmTarget::kMujoco)[0].carriage.as.empty(),
+    EXPECT_EQ(analysis::arm_carriages(changed, ArmTarget::kMujoco, operation(changed))[0].carriage.as.empty(),
               std::ranges::find(lost, effect) != lost.end())
         << effect;
   }
@@ -213,17 +214,24 @@ TEST(ExportArm, LoadFrictionIsCoulombFrictionAtTheMeanLoad) {
   const HeldArm held = analysis::held_by(given, ArmTarget::kMujoco, known);
   EXPECT_DOUBLE_EQ(held.arm.drives[1].coulomb_Nm, 0.1 + 0.05 * 6);
   EXPECT_EQ(held.arm.drives[1].load_friction, 0);
+  EXPECT_TRUE(held.changes.empty());
+  const auto carriages = analysis::arm_carriages(given, ArmTarget::kMujoco, known);
+  ASSERT_EQ(carriages.size(), 2U);
+  EXPECT_EQ(carriages[1].carriage.as, "Coulomb friction of 0.3 N·m, as at the mean load of the recordings");
+  given.drives[0].load_friction = 0.1;
+  EXPECT_NE(analysis::arm_carriages(given, ArmTarget::kMujoco, known)[0].carriage.as.find("of 0.1 N,"),
+            std::string::npos);
 }
 
 TEST(ExportArm, TheRotorOfASlidingJointHasNoPlaceInUrdf) {
   ArmDescription given = arm();
   given.drives[0].rotor_inertia_kg_m2 = 5;  // kg: of a slide
-  const auto carriages = analysis::arm_carriages(given, ArmTarget::kUrdf);
+  const auto carriages = analysis::arm_carriages(given, ArmTarget::kUrdf, operation(given));
   ASSERT_EQ(carriages.size(), 1U);
   EXPECT_EQ(carriages[0].carriage.effect, "lift rotor_inertia");
   EXPECT_EQ(carriages[0].carriage.as, "");
   EXPECT_EQ(carriages[0].without.drives[0].rotor_inertia_kg_m2, 0);
-  EXPECT_FALSE(analysis::arm_carriages(given, ArmTarget::kMujoco)[0].carriage.as.empty());
+  EXPECT_FALSE(analysis::arm_carriages(given, ArmTarget::kMujoco, operation(given))[0].carriage.as.empty());
   const HeldArm held = analysis::held_by(given, ArmTarget::kUrdf, operation(given));
   EXPECT_EQ(held.arm.drives[0].rotor_inertia_kg_m2, 0);
   EXPECT_TRUE(held.arm.arm.links[0].inertia.about_C_kg_m2.isApprox(given.arm.links[0].inertia.about_C_kg_m2));
