@@ -294,12 +294,11 @@ std::string arm_urdf_text(const ArmDescription& arm, const ArmNames& names,
   UnusedNames unused = taken_by(arm, names);
   std::string text = fmt::format("<?xml version=\"1.0\"?>\n<robot name=\"{}\">\n{}", robot_name(names),
                                  mjcf::comments(remarks, "  "));
-  const Eigen::Quaterniond upright =
-      Eigen::Quaterniond::FromTwoVectors(arm.gravity_B_m_per_s2, -Eigen::Vector3d::UnitZ());
-  if (!upright.isApprox(Eigen::Quaterniond::Identity(), 1e-9)) {
+  if (!is_level(arm.gravity_B_m_per_s2)) {
     const std::string level = unused.like("level");
     Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-    X.linear() = upright.toRotationMatrix();
+    X.linear() = Eigen::Quaterniond::FromTwoVectors(arm.gravity_B_m_per_s2, -Eigen::Vector3d::UnitZ())
+                     .toRotationMatrix();
     text += urdf_empty_link(level) + urdf_joint(unused.like("tilt"), "fixed", level, names.base, X);
   }
   text += urdf_empty_link(names.base);

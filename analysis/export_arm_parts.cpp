@@ -230,12 +230,6 @@ void straighten(ArmDrive& drive, std::span<const double> speeds_rad_per_s) {
   drive.stribeck_Nm = 0;
 }
 
-bool is_usual_gravity(const Eigen::Vector3d& gravity_m_per_s2) {
-  constexpr double kSame_m_per_s2 = 1e-3;
-  return (gravity_m_per_s2.normalized() + Eigen::Vector3d::UnitZ()).norm() * model::kGravity_m_per_s2 <
-         kSame_m_per_s2;
-}
-
 }  // namespace
 
 std::vector<ArmCarriage> arm_carriages(const ArmDescription& arm, ArmTarget target,
@@ -258,24 +252,29 @@ std::vector<ArmCarriage> arm_carriages(const ArmDescription& arm, ArmTarget targ
   return all;
 }
 
+bool is_level(const Eigen::Vector3d& gravity_B_m_per_s2) {
+  constexpr double kSame_rad = 1e-9;
+  return (gravity_B_m_per_s2.normalized() + Eigen::Vector3d::UnitZ()).norm() < kSame_rad;
+}
+
 std::vector<Carriage> body_carriages(const ArmDescription& arm, ArmTarget target) {
   std::vector<Carriage> all;
   all.push_back({"bodies", "mass, centre and inertia of each link with what is fixed to it",
                  "shapes, so that nothing touches"});
   if (std::ranges::any_of(arm.arm.links, [](const auto& link) { return link.limits.has_value(); }))
-    all.push_back({"ranges of joints", "as in the URDF, from the zeros of the encoders",
+    all.push_back({"ranges of joints", "limits of the URDF, shifted by the encoder zeros",
                    target == ArmTarget::kUrdf ? "" : "the largest torques and speeds"});
   if (arm.payload_kg > 0) all.push_back({"payload", "a body fixed to the tip", ""});
   const double size = arm.gravity_B_m_per_s2.norm();
   if (target != ArmTarget::kUrdf)
     all.push_back({"gravity", "option gravity", ""});
   else
-    all.push_back({"gravity_direction",
-                   is_usual_gravity(arm.gravity_B_m_per_s2) ? "along -z of the base"
-                                                            : "the base is tilted below a level link",
-                   std::abs(size - model::kGravity_m_per_s2) < 1e-2
-                       ? ""
-                       : fmt::format("its size, {:.4g} m/s²: the simulation's own counts", size)});
+    all.push_back(
+        {"gravity_direction",
+         is_level(arm.gravity_B_m_per_s2) ? "along -z of the base" : "the base is tilted below a level link",
+         std::abs(size - model::kGravity_m_per_s2) < 1e-2
+             ? ""
+             : fmt::format("its size, {:.4g} m/s²: the simulation's own counts", size)});
   return all;
 }
 

@@ -1,6 +1,7 @@
 /// @file
 /// What another engine can hold of an arm, and what that leaves of its description.
 #pragma once
+#include <Eigen/Core>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -23,6 +24,8 @@ struct ArmCarriage {
   Carriage carriage;
   control::ArmDescription without;  ///< the arm without it
 };
+/// Whether gravity is along -z of the base.
+bool is_level(const Eigen::Vector3d& gravity_B_m_per_s2);
 /// Of gravity, bodies and payload, one line each.
 std::vector<Carriage> body_carriages(const control::ArmDescription& arm, ArmTarget target);
 

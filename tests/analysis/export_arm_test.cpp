@@ -289,6 +289,20 @@ TEST(ExportArm, NamesThatXmlCannotHoldAreEscapedAndNoneIsTwice) {
     EXPECT_NE(text.find(name), std::string::npos) << name << " is not in\n" << text;
 }
 
+TEST(ExportArm, TheAccountOfGravityIsThatOfTheFile) {
+  for (const double tilt_rad : {0.0, 5e-5}) {
+    ArmDescription given = arm();
+    given.gravity_B_m_per_s2 = 9.81 * Eigen::Vector3d(std::sin(tilt_rad), 0, -std::cos(tilt_rad));
+    const bool has_level = analysis::arm_urdf_text(given, kNames, {}).find("\"level\"") != std::string::npos;
+    const auto carriages = analysis::body_carriages(given, ArmTarget::kUrdf);
+    const auto gravity =
+        std::ranges::find(carriages, "gravity_direction", [](const auto& one) { return one.effect; });
+    ASSERT_NE(gravity, carriages.end());
+    EXPECT_EQ(has_level, tilt_rad != 0);
+    EXPECT_EQ(gravity->as.find("level link") != std::string::npos, has_level) << gravity->as;
+  }
+}
+
 TEST(ExportArm, ABaseOfMujocosOwnNameGetsAnother) {
   const std::string text = analysis::arm_mujoco_text(arm(), {"three", "world", "tip"}, 5e-4, {});
   EXPECT_EQ(text.find(R"(<body name="world")"), std::string::npos) << text;
