@@ -128,6 +128,23 @@ TEST_F(RobotExport, TheGapOfWhatMujocoHoldsIsThatOfTheSofterSpringAndTheAddedRot
   EXPECT_NE(gap[1].str(), gap[2].str());
 }
 
+TEST_F(RobotExport, TheSpringOfASlidingJointHasItsUnits) {
+  const fs::path urdf = directory_ / "arm.urdf";
+  const std::string sliding = std::regex_replace(
+      read(urdf), std::regex(R"re(name="elbow" type="continuous">)re"),
+      R"re(name="elbow" type="prismatic"><limit lower="0" upper="1" effort="9" velocity="9"/>)re");
+  std::ofstream(urdf) << sliding;
+  const std::string text = read(model_);
+  std::ofstream(model_) << text.substr(0, text.rfind("rotor_inertia_kg_m2"))
+                        << "compliance_rad_per_Nm = 1e-3\n";
+  const support::CommandResult result = run("mujoco");
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_TRUE(std::regex_search(
+      result.output, std::regex("elbow elasticity: \\S+ N/m; damping of our choice: \\S+ N·s/m; .* a "
+                                "rotor of \\S+ kg is added")))
+      << result.output;
+}
+
 TEST_F(RobotExport, WritesAUrdfThatItsOwnReaderReads) {
   const support::CommandResult result = run("urdf");
   ASSERT_EQ(result.exit_code, 0) << result.output;
