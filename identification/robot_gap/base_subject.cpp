@@ -267,7 +267,7 @@ void BaseSubject::compare_efforts(std::span<const BaseRecording> data,
   if (!efforts_->is_enough()) {
     efforts_.reset();
     std::swap(terms_, with_forces);
-    notes_.push_back(
+    notes_.emplace_back(
         "forces are not compared: all wheels turn together for too short a time; record longer motions in "
         "which no wheel stands still");
     return;
