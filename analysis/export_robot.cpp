@@ -142,11 +142,10 @@ ExportedFile file_of(const RobotFile& robot, const RobotTarget& target,
 void export_robot(const ExportOptions& options) {
   refuse_options_of_drives(options);
   if (runtime::describes_base(options.inputs.model))
-    throw std::invalid_argument(
-        fmt::format("{} describes a base by its kinematics: it has no masses and no friction of floor and "
-                    "wheels, without "
-                    "which no engine can simulate it; an arm can be exported",
-                    options.inputs.model.string()));
+    throw std::invalid_argument(fmt::format(
+        "{} describes a base: its rollers, slip and tracker have no place in these formats; an arm "
+        "can be exported",
+        options.inputs.model.string()));
   const RobotFile robot = runtime::read_robot_file(options.inputs.model);
   const std::optional<MeasuredArm> data = measured(robot, options);
   std::vector<std::string> names;

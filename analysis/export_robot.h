@@ -5,7 +5,7 @@
 
 namespace analysis {
 
-/// As export_model(), of a robot file. A base is refused: its file has no masses.
+/// As export_model(), of a robot file. A base is refused.
 void export_robot(const ExportOptions& options);
 
 }  // namespace analysis

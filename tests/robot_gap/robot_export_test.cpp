@@ -211,7 +211,7 @@ TEST_F(RobotExport, RefusesWhatARobotFileDoesNotNeed) {
 
 TEST_F(RobotExport, RefusesABaseWithTheReasonAndABadRobotFileWithItsLines) {
   model_ = (fs::path(support::source_dir()) / "tests/data/diff_drive_base/robot.toml").string();
-  expect_refused("mujoco", "", "it has no masses");
+  expect_refused("mujoco", "", "describes a base");
   model_ =
       directory_
           .write("bad.toml",
