@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "control/base_rolling.h"
+#include "model/gravity.h"
 
 namespace identification::robot_gap {
 namespace {
@@ -14,8 +15,6 @@ using control::BaseDescription;
 using control::BaseKinematics;
 using control::BaseRolling;
 using control::PlanarVector;
-
-constexpr double kGravity_m_per_s2 = 9.81;
 
 /// Rise of the floor along the base's x and y; `yaw`: cosine and sine.
 double uphill(const Eigen::Vector2d& yaw, const Eigen::Vector2d& slope) { return yaw.dot(slope); }
@@ -98,8 +97,8 @@ Eigen::Vector3d BaseForces::needed(const EffortWindow& window) const {
   const double cy = body.p_BC_m.y();
   const Eigen::Vector2d yaw =
       Eigen::Rotation2Dd(-base_.tracking.yaw_BT_rad) * Eigen::Vector2d(window.cos_yaw, window.sin_yaw);
-  const double forward = change[0] - products(1, 2) + kGravity_m_per_s2 * uphill(yaw, body.slope);
-  const double sideways = change[1] + products(0, 2) + kGravity_m_per_s2 * across(yaw, body.slope);
+  const double forward = change[0] - products(1, 2) + model::kGravity_m_per_s2 * uphill(yaw, body.slope);
+  const double sideways = change[1] + products(0, 2) + model::kGravity_m_per_s2 * across(yaw, body.slope);
   return {m * (forward - cy * change[2] - cx * products(2, 2)),
           m * (sideways + cx * change[2] - cy * products(2, 2)) +
               body.sideways_resistance_N * window.sideways_sign,
@@ -121,7 +120,7 @@ double BaseForces::needed_along(const EffortWindow& window) const {
   const Eigen::Vector2d s_yaw = to_base * steered.s_yaw;
   return radius_m * (body.mass_kg * steered.cc + inertia / (length_m * length_m) * steered.ss -
                      body.mass_kg * cy / length_m * steered.cs) +
-         body.mass_kg * kGravity_m_per_s2 *
+         body.mass_kg * model::kGravity_m_per_s2 *
              (uphill(c_yaw, body.slope) +
               (cx * across(s_yaw, body.slope) - cy * uphill(s_yaw, body.slope)) / length_m) +
          body.turning_resistance_Nm / length_m * steered.s_turning_sign;
