@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace operation {
@@ -33,7 +34,8 @@ double smallest_felt_vibration_m(double frequency_Hz) noexcept {
 
 // Band-pass of constant peak gain by the bilinear transform [R. Bristow-Johnson, Audio EQ Cookbook]. Four of
 // quality Q together are 1/(Q·2.3) of their centre wide; an octave is 0.707.
-VibrationBand::VibrationBand(double centre_Hz, double period_s) noexcept : centre_Hz_(centre_Hz) {
+VibrationBand::VibrationBand(double centre_Hz, double period_s) noexcept
+    : centre_Hz_(centre_Hz), is_measured_(std::numbers::sqrt2 * centre_Hz < 0.5 / period_s) {
   constexpr double kQuality = 0.615;
   const double w = 2 * std::numbers::pi * centre_Hz * period_s;
   const double alpha = std::sin(w) / (2 * kQuality);
@@ -45,6 +47,7 @@ VibrationBand::VibrationBand(double centre_Hz, double period_s) noexcept : centr
 void VibrationBand::reset() noexcept { sections_.fill({}); }
 
 void VibrationBand::add(const Eigen::Vector3d& p_m) noexcept {
+  if (!is_measured_) return;
   Eigen::Vector3d in_m = p_m;
   for (Section& section : sections_) {
     const Eigen::Vector3d out_m = b_ * in_m + section.first;
@@ -57,6 +60,7 @@ void VibrationBand::add(const Eigen::Vector3d& p_m) noexcept {
 }
 
 double VibrationBand::amplitude_m() const noexcept {
+  if (!is_measured_) return std::numeric_limits<double>::quiet_NaN();
   return samples_ == 0 ? 0.0 : std::sqrt(2 * squares_m2_ / static_cast<double>(samples_));
 }
 
@@ -71,7 +75,7 @@ void TeleopMeasures::Range::add(double value) noexcept {
 }
 
 void TeleopMeasures::add(const TeleopRecord& record) noexcept {
-  const bool operating = record.phase == control::TeleopPhase::kOperating;
+  const bool operating = record.phase == control::TeleopPhase::kOperating && !record.clutched;
   const bool began = operating && !was_operating_;
   was_operating_ = operating;
   if (!operating) return;

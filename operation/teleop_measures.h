@@ -38,7 +38,7 @@ class VibrationBand {
   /// At rest at zero.
   void reset() noexcept;
   void add(const Eigen::Vector3d& p_m) noexcept;
-  /// Of a sine with the same mean square over all axes.
+  /// Of a sine with the same mean square over all axes. NaN if the octave reaches half of the sampling rate.
   double amplitude_m() const noexcept;
 
  private:
@@ -47,6 +47,7 @@ class VibrationBand {
     Eigen::Vector3d second = Eigen::Vector3d::Zero();
   };
   double centre_Hz_;
+  bool is_measured_;
   double b_;  // of the numerator, b·(1 - z⁻²)
   double a1_;
   double a2_;
@@ -55,7 +56,7 @@ class VibrationBand {
   std::uint64_t samples_ = 0;
 };
 
-/// Of the cycles in which the hand moves the robot.
+/// Of the cycles in which the hand moves the robot: in operation, without the clutch.
 class TeleopMeasures {
  public:
   static constexpr std::array<double, 3> kBands_Hz{42.4, 84.9, 169.7};  ///< centres of octaves from 30 Hz

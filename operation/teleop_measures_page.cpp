@@ -51,6 +51,11 @@ void add_qualities(report::Page& page, const TeleopMeasures& measures, const std
       "Qualitative measures, while the hand moved the robot");
 }
 
+std::string force_ratio(const TeleopMeasures& measures) {
+  const double hand_N = measures.hand().largest_force_N;
+  return hand_N > 0 ? fmt::format("{:.1f}", measures.robot().largest_force_N / hand_N) : "–";
+}
+
 void add_match(report::Page& page, const TeleopMeasures& measures) {
   const std::array<double, 3> whole_m = reach_m(measures.config().mapping.boundary);
   constexpr std::array<const char*, 3> kAxes{"x", "y", "z"};
@@ -69,9 +74,8 @@ void add_match(report::Page& page, const TeleopMeasures& measures) {
        {"end effector over handle", "", 2}},
       rows,
       fmt::format("Match of the workspaces. Position control alone gives {:g}; rate control gives more. "
-                  "Peak force of the robot over that of the hand: {:.1f}, scale {:g}",
-                  measures.config().mapping.motion_scale,
-                  measures.robot().largest_force_N / measures.hand().largest_force_N,
+                  "Peak force of the robot over that of the hand: {}, scale {:g}",
+                  measures.config().mapping.motion_scale, force_ratio(measures),
                   measures.config().feedback.force_scale));
 }
 
@@ -96,9 +100,11 @@ void add_human_limits(report::Page& page, const TeleopMeasures& measures) {
        std::string("stiffness of the coupling over the force scale")}};
   for (const VibrationBand& band : measures.bands()) {
     const double felt_m = human::smallest_felt_vibration_m(band.centre_Hz());
+    const bool measured = std::isfinite(band.amplitude_m());
     rows.push_back(
         {fmt::format("vibration around {:.0f} Hz: below {:.2g} µm", band.centre_Hz(), 1e6 * felt_m),
-         fmt::format("{:.2g} µm", 1e6 * band.amplitude_m()), met(band.amplitude_m() < felt_m),
+         measured ? fmt::format("{:.2g} µm", 1e6 * band.amplitude_m()) : "too fast for the loop's period",
+         measured ? met(band.amplitude_m() < felt_m) : "–",
          std::string(
              "of the handle, an octave, mean over the time; dB of the threshold taken as over 1 µm")});
   }

@@ -9,6 +9,7 @@
 #include <functional>
 #include <numbers>
 #include <string>
+#include <utility>
 
 #include "operation/teleop_measures_page.h"
 
@@ -101,6 +102,42 @@ TEST(TeleopMeasures, AVibrationIsSeenInItsBandAndAHandsMotionInNone) {
     EXPECT_LT(moved[i], operation::human::smallest_felt_vibration_m(TeleopMeasures::kBands_Hz[i])) << i;
 }
 
+// 5 cm at 1 Hz, at each period that a configuration allows: what is too fast for it is not measured.
+TEST(TeleopMeasures, ASlowLoopMeasuresTheVibrationsThatItCan) {
+  for (const auto& [period_s, measured] : {std::pair(0.002, 3), std::pair(0.004, 2), std::pair(0.01, 0)}) {
+    control::Teleoperation::Config config;
+    config.period_s = period_s;
+    TeleopMeasures measures(config);
+    for (int n = 0; n < 20'000; ++n) {
+      TeleopRecord record = operating();
+      record.grip_p_HD_m = {0.05 * (1 - std::cos(2 * std::numbers::pi * n * period_s)), 0, 0};
+      measures.add(record);
+    }
+    for (int i = 0; i < 3; ++i) {
+      const double amplitude_m = measures.bands()[static_cast<std::size_t>(i)].amplitude_m();
+      if (i < measured)
+        EXPECT_LT(amplitude_m, 1e-4) << period_s << ", " << i;
+      else
+        EXPECT_TRUE(std::isnan(amplitude_m)) << period_s << ", " << i;
+    }
+  }
+}
+
+// The handle goes back under the clutch, three times: it moved 5 cm with the robot each time.
+TEST(TeleopMeasures, LeaveOutTheWayBackUnderTheClutch) {
+  TeleopMeasures measures({});
+  for (int stroke = 0; stroke < 3; ++stroke)
+    for (const bool clutched : {false, true}) {
+      TeleopRecord record = operating(clutched ? 5 : 1);
+      record.clutched = clutched;
+      record.grip_p_HD_m = {clutched ? -0.2 : 0.05, 0, 0};
+      measures.add(record);
+    }
+  EXPECT_EQ(measures.hand().p_m[0].lowest, 0.05);
+  EXPECT_EQ(measures.hand().largest_force_N, 1);
+  EXPECT_NEAR(measures.operating_s(), 0.003, 1e-12);
+}
+
 TEST(TeleopMeasures, ThePageHasEachOfThem) {
   TeleopMeasures measures({});
   for (int n = 0; n < 100; ++n) {
@@ -116,6 +153,12 @@ TEST(TeleopMeasures, ThePageHasEachOfThem) {
        {"completion time", "peak force, hand", "sum of squared forces, hand", "Match of the workspaces",
         "hard objects: 242 N/cm", "0.7 N/cm", "not met", "smooth force", "vibration around 42 Hz"})
     EXPECT_NE(html.find(part), std::string::npos) << part;
+
+  TeleopMeasures without_force({});
+  without_force.add(operating());
+  report::Page free("no force");
+  operation::add_measures(free, without_force, {});
+  EXPECT_NE(free.html().find("Peak force of the robot over that of the hand: –"), std::string::npos);
 
   report::Page nothing("nothing moved");
   operation::add_measures(nothing, TeleopMeasures({}), {});
