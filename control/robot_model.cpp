@@ -2,6 +2,7 @@
 
 #include <urdf_parser/urdf_parser.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <kdl/frames.hpp>
@@ -21,6 +22,9 @@ constexpr std::size_t kAxes = kChainAxes;
 constexpr std::size_t kYaw = kBaseAxes - 1;  // the axis that rotates the base itself
 constexpr std::array<const char*, kLinks> kLinkNames = {"the base",   "arm link 1", "arm link 2",
                                                         "arm link 3", "arm link 4", "arm link 5"};
+
+/// Of the numbers of a description.
+constexpr double kTensorRounding = 1e-6;
 
 constexpr std::size_t axis_of(std::size_t link) { return kYaw + link; }
 
@@ -104,9 +108,14 @@ KDL::RigidBodyInertia changed(const KDL::RigidBodyInertia& inertia, const ModelC
   for (const double shift_m : change.com_shift_m)
     if (!std::isfinite(shift_m)) throw bad_change("com_shift_m of " + name + " must be finite", shift_m);
   const KDL::Vector com = inertia.getCOG();
-  const KDL::RotationalInertia about_com = (KDL::Frame(-com) * inertia).getRotationalInertia();
-  return change.mass_factor *
-         KDL::RigidBodyInertia(inertia.getMass(), com + to_kdl(change.com_shift_m), about_com);
+  KDL::RotationalInertia about_com = (KDL::Frame(-com) * inertia).getRotationalInertia();
+  Eigen::Map<Eigen::Matrix3d> tensor(about_com.data);
+  tensor = change.mass_factor * tensor + change.inertia_change_kg_m2;
+  const double least_kg_m2 = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(tensor).eigenvalues().minCoeff();
+  if (!(least_kg_m2 >= -kTensorRounding * tensor.norm()))
+    throw bad_change("no moment of inertia of " + name + " may be negative", least_kg_m2);
+  return KDL::RigidBodyInertia(change.mass_factor * inertia.getMass(), com + to_kdl(change.com_shift_m),
+                               about_com);
 }
 
 }  // namespace
@@ -165,7 +174,10 @@ struct RobotModel::Chain {
       inertias[axis_of(link)] = changed(inertias[axis_of(link)], changes.links[link], kLinkNames[link]);
     if (!std::isfinite(changes.payload_kg) || changes.payload_kg < 0)
       throw bad_change("payload_kg must be finite and not negative", changes.payload_kg);
-    inertias.back() = inertias.back() + KDL::RigidBodyInertia(changes.payload_kg, X_tip.p);
+    if (!changes.payload_p_T_m.allFinite())
+      throw bad_change("payload_p_T_m must be finite", changes.payload_p_T_m.norm());
+    inertias.back() =
+        inertias.back() + KDL::RigidBodyInertia(changes.payload_kg, X_tip * to_kdl(changes.payload_p_T_m));
     for (const KDL::RigidBodyInertia& inertia : inertias) total_mass_kg += inertia.getMass();
   }
 };

@@ -47,9 +47,12 @@ struct ModelChanges {
   struct LinkChange {
     double mass_factor = 1.0;                               ///< on mass and rotational inertia
     Eigen::Vector3d com_shift_m = Eigen::Vector3d::Zero();  ///< in the link's frame
+    /// Added to the rotational inertia about the centre of mass, in the link's axes, after the factor.
+    Eigen::Matrix3d inertia_change_kg_m2 = Eigen::Matrix3d::Zero();
   };
   std::array<LinkChange, kLinks> links{};
-  double payload_kg = 0.0;  ///< a point mass at T, not negative
+  double payload_kg = 0.0;                                  ///< a point mass, not negative
+  Eigen::Vector3d payload_p_T_m = Eigen::Vector3d::Zero();  ///< its place in T
 };
 
 /// The description: youbot.urdf in this folder, with the source of every number.
@@ -59,7 +62,8 @@ std::string_view youbot_urdf() noexcept;
 class RobotModel {
  public:
   /// @throws std::invalid_argument if the description cannot be read or is not such a chain, or if a change
-  /// is not finite or makes a mass non-positive. urdfdom prints syntax errors of the URDF on stderr.
+  /// is not finite, makes a mass non-positive or a moment of inertia negative. urdfdom prints syntax errors
+  /// of the URDF on stderr.
   explicit RobotModel(const ModelChanges& changes = {}, std::string_view urdf = youbot_urdf());
   RobotModel(RobotModel&&) noexcept;
   RobotModel& operator=(RobotModel&&) noexcept;

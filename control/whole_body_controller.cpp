@@ -11,9 +11,6 @@
 namespace control {
 namespace {
 
-/// Inertia of the motors, reflected through the gears: rotors of 1.35e-5 kg·m² in the arm, and the wheels.
-const ChainVector kReflectedInertia =
-    (ChainVector() << kReflectedWheelInertia, 0.33, 0.33, 0.135, 0.068, 0.068).finished();
 /// Damps the base while the arm moves to its posture [N·s/m, N·s/m, N·m·s/rad].
 const PlanarVector kBasePostureDamping(30, 30, 5);
 const PlanarVector kBrake(150, 150, 22);
@@ -39,6 +36,8 @@ WholeBodyController::WholeBodyController(const Config& config)
       protection_(config.protection, model_.ranges()),
       contact_(config.contact),
       arm_compensator_(config.arm_compensator) {
+  reflected_inertia_ << kReflectedWheelInertia,
+      Eigen::Map<const ArmVector>(config.rotor_inertia_kg_m2.data());
   const RequirePositive require_positive{"whole-body controller"};
   require_positive(config.period_s, "period_s");
   require_positive(config.settled_fade_s, "settled_fade_s");
@@ -47,6 +46,8 @@ WholeBodyController::WholeBodyController(const Config& config)
   require_positive(config.posture_damping_Nm_s_per_rad, "posture_damping_Nm_s_per_rad");
   require_positive(config.settling_rate_per_s, "settling_rate_per_s");
   for (const double limit_Nm : config.settling_limit_Nm) require_positive(limit_Nm, "settling_limit_Nm");
+  for (const double rotor_kg_m2 : config.rotor_inertia_kg_m2)
+    require_positive(rotor_kg_m2, "rotor_inertia_kg_m2");
   for (const double limit_Nm : config.arm_torque_limit_Nm) require_positive(limit_Nm, "arm_torque_limit_Nm");
   for (std::size_t i = 0; i < kArmJoints; ++i)
     arm_observers_.emplace_back(arm_table(config.arm_friction, i), config.base.observer);
@@ -84,7 +85,7 @@ const WholeBodyController::State& WholeBodyController::sense(
   state_.tip_velocity_W = model_.J_WT() * state_.velocity;
 
   ChainMatrix mass = model_.mass();
-  mass.diagonal() += kReflectedInertia;
+  mass.diagonal() += reflected_inertia_;
   response_ = mass.llt().solve(model_.J_WT().transpose());
   state_.mobility_W = model_.J_WT() * response_;
   if (!arm_torque_Nm)

@@ -39,6 +39,8 @@ class WholeBodyController {
     ArmProtection::Config protection;
     ArmFriction arm_friction;
     FrictionCompensator::Config arm_compensator{.margin = 0.8, .full_command_Nm = 0.15};
+    /// Rotors behind their gears: 1.35e-5 kg·m² by the square of the gear ratio.
+    std::array<double, kArmJoints> rotor_inertia_kg_m2{0.33, 0.33, 0.135, 0.068, 0.068};
     std::array<double, kArmJoints> arm_torque_limit_Nm{9.5, 9.5, 6.0, 2.0, 1.0};  ///< robot description
     double posture_stiffness_Nm_per_rad = 6.0;
     double posture_damping_Nm_s_per_rad = 1.5;
@@ -112,6 +114,7 @@ class WholeBodyController {
   ArmProtection protection_;
   ContactObserver contact_;
   FrictionCompensator arm_compensator_;
+  ChainVector reflected_inertia_;  // of the motors, through the gears, and of the wheels
   std::vector<FrictionObserver> arm_observers_;
   std::array<FrictionEstimate, kArmJoints> arm_estimates_{};
   State state_;

@@ -400,6 +400,33 @@ TEST(RobotModel, APayloadHangsAtTheTip) {
   EXPECT_LT((loaded.mass() - model.mass() - 0.5 * J.transpose() * J).norm(), 1e-12);
 }
 
+TEST(RobotModel, APayloadBesideTheTipHangsAtItsPlace) {
+  ModelChanges changes;
+  changes.payload_kg = 1.0;
+  changes.payload_p_T_m = {0.02, 0, 0.05};
+  RobotModel model, loaded(changes);
+  for (RobotModel* m : {&model, &loaded}) m->update(pose(90, 0, 0));
+  // Stretched ahead: z of T points ahead and x down, which changes no lever of a weight.
+  const ChainVector more_Nm = loaded.gravity_Nm() - model.gravity_Nm();
+  EXPECT_NEAR(more_Nm[kBaseAxes + 1], -1.0 * (0.5075 + 0.05) * kGravity_m_per_s2, 1e-12);
+  EXPECT_NEAR(more_Nm[kBaseAxes + 3], -1.0 * (0.2175 + 0.05) * kGravity_m_per_s2, 1e-12);
+  // Joint 5 is 2 mm behind joint 4, along x of T.
+  EXPECT_NEAR((loaded.mass() - model.mass())(kBaseAxes + 3, kBaseAxes + 3), 0.2675 * 0.2675 + 0.018 * 0.018,
+              1e-12);
+}
+
+TEST(RobotModel, AChangedTensorChangesTheInertiaAloneWhateverTheMass) {
+  ModelChanges changes;
+  changes.links[static_cast<std::size_t>(Link::kArm3)].inertia_change_kg_m2(1, 1) = 0.002;
+  RobotModel model, changed(changes);
+  for (RobotModel* m : {&model, &changed}) m->update(pose(90, 0, 0));
+  EXPECT_LT((changed.gravity_Nm() - model.gravity_Nm()).norm(), 1e-12);
+  EXPECT_NEAR((changed.mass() - model.mass())(kBaseAxes + 2, kBaseAxes + 2), 0.002, 1e-12);
+  changes.links[static_cast<std::size_t>(Link::kArm3)].inertia_change_kg_m2(1, 1) = -0.003;
+  EXPECT_NE(refusal(changes).find("no moment of inertia of arm link 3 may be negative"), std::string::npos)
+      << refusal(changes);
+}
+
 TEST(RobotModel, RefusesChangesThatNoRobotCanHave) {
   for (const double bad :
        {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
@@ -413,6 +440,9 @@ TEST(RobotModel, RefusesChangesThatNoRobotCanHave) {
   ModelChanges changes;
   changes.links[0].com_shift_m.y() = std::numeric_limits<double>::infinity();
   EXPECT_NE(refusal(changes).find("com_shift_m of the base must be finite"), std::string::npos);
+  changes = {};
+  changes.payload_p_T_m.z() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_NE(refusal(changes).find("payload_p_T_m must be finite"), std::string::npos);
   changes = {};
   changes.payload_kg = -0.1;
   EXPECT_NE(refusal(changes).find("payload_kg must be finite and not negative, not -0.1"), std::string::npos);

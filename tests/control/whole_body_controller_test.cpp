@@ -325,7 +325,8 @@ TEST(WholeBodyController, RefusesWhatIsOutOfRangeByName) {
   EXPECT_EQ(refusal(bare()), "none");
   for (const double bad : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
     WholeBodyController::Config period = bare(), fade = bare(), pull = bare(), limit = bare(),
-                                spring = bare();
+                                spring = bare(), rotor = bare();
+    rotor.rotor_inertia_kg_m2[4] = bad;
     period.period_s = fade.settled_fade_s = pull.posture_torque_limit_Nm = bad;
     limit.arm_torque_limit_Nm[2] = spring.spring.damping_ratio = bad;
     EXPECT_NE(refusal(period).find("period_s"), std::string::npos);
@@ -333,6 +334,7 @@ TEST(WholeBodyController, RefusesWhatIsOutOfRangeByName) {
     EXPECT_NE(refusal(pull).find("posture_torque_limit_Nm"), std::string::npos);
     EXPECT_NE(refusal(limit).find("arm_torque_limit_Nm"), std::string::npos);
     EXPECT_NE(refusal(spring).find("damping_ratio"), std::string::npos);
+    EXPECT_NE(refusal(rotor).find("rotor_inertia_kg_m2"), std::string::npos);
   }
   for (const double bad : {-0.1, std::numeric_limits<double>::infinity()}) {
     WholeBodyController::Config config = bare();
