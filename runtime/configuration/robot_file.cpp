@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <map>
 #include <stdexcept>
+#include <utility>
 
 #include "runtime/configuration/closest_name.h"
 #include "runtime/configuration/regular_file.h"
@@ -26,12 +27,6 @@ constexpr std::size_t kMaxRipples = 16;
 /// Beside the given ones, a delivered model has those that were found.
 constexpr std::size_t kMaxRipplesOfDrive = 64;
 
-/// A number of a drive, by its key.
-struct DriveKey {
-  std::string_view key;
-  double ArmDrive::*member;
-  double lower;
-};
 constexpr double kAny = -1e9;
 constexpr double kAnySize = 1e9;
 constexpr std::array kDriveKeys{
@@ -82,7 +77,7 @@ class RobotReader {
   explicit RobotReader(const std::filesystem::path& path)
       : path_(path), file_(TomlFile::parse(path)), root_(file_.root()) {}
 
-  RobotFile read() {
+  RobotFile read(const RobotCheck& check) {
     std::string format;
     root_.text("format", format, {.required = true});
     if (!format.empty() && format != kRobotFormat)
@@ -100,10 +95,22 @@ class RobotReader {
     read_links();
     read_payload();
     file_.finish();
+    if (check) refuse(check(robot_));
     return std::move(robot_);
   }
 
  private:
+  void refuse(const std::vector<RobotMisfit>& misfits) {
+    for (const RobotMisfit& one : misfits) {
+      const auto part = parts_.find({one.table, one.part});
+      if (part != parts_.end())
+        part->second.refuse(one.key, one.complaint);
+      else
+        root_.refuse(one.table == "link" ? "urdf" : one.key, one.complaint);
+    }
+    file_.finish();
+  }
+
   void read_gravity() {
     std::array<double, 3> gravity{0, 0, -model::kGravity_m_per_s2};
     root_.numbers("gravity_m_per_s2", gravity, {.min = -100, .max = 100});
@@ -187,6 +194,7 @@ class RobotReader {
       if (there[at]) table.refuse("joint", fmt::format("is '{}' again: a joint has one drive", joint));
       there[at] = true;
       robot_.arm.drives[at] = drive;
+      parts_.emplace(std::pair("drive", joint), table);
     }
     refuse_shared_columns(names);
     std::vector<std::string> missing;
@@ -239,11 +247,13 @@ class RobotReader {
           inertia[2], inertia[4], inertia[5];
       link->inertia = body;
       robot_.links_changed = true;
+      parts_.emplace(std::pair("link", name), table);
     }
   }
 
   void read_payload() {
     TomlTable payload = root_.table("payload");
+    parts_.emplace(std::pair("payload", ""), payload);
     payload.number("mass_kg", robot_.arm.payload_kg, {.min = 0, .max = 1e6});
     std::array<double, 3> centre{0, 0, 0};
     payload.numbers("centre_m", centre, {.min = -1e3, .max = 1e3});
@@ -253,6 +263,7 @@ class RobotReader {
   std::filesystem::path path_;
   TomlFile file_;
   TomlTable root_;
+  std::map<std::pair<std::string, std::string>, TomlTable> parts_;  // by table and part, for refuse()
   RobotFile robot_;
   std::string position_ = "q{}_rad";
   std::string torque_ = "tau{}_Nm";
@@ -360,7 +371,11 @@ bool is_robot_file(const std::filesystem::path& path) {
   return format.starts_with(kRobotFormat.substr(0, kRobotFormat.rfind('/') + 1));
 }
 
-RobotFile read_robot_file(const std::filesystem::path& path) { return RobotReader(path).read(); }
+std::span<const DriveKey> drive_keys() noexcept { return kDriveKeys; }
+
+RobotFile read_robot_file(const std::filesystem::path& path, const RobotCheck& check) {
+  return RobotReader(path).read(check);
+}
 
 std::string robot_file_text(const RobotFile& robot, const std::filesystem::path& urdf,
                             const ArmDescription& given, std::span<const std::string> header,

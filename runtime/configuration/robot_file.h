@@ -2,8 +2,10 @@
 /// Robots for youbot-gap as files: format youbot-robot-model/1, an arm by its URDF and a table of its drives.
 #pragma once
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "control/arm_description.h"
@@ -33,8 +35,27 @@ struct RobotFile {
 /// Whether the file's `format` is that of robots, arms or bases. @throws ConfigError if it cannot be read.
 bool is_robot_file(const std::filesystem::path& path);
 
+/// A number of a [[drive]]. Left out, it is that of a default ArmDrive.
+struct DriveKey {
+  std::string_view key;
+  double control::ArmDrive::*member;
+  double lower;
+};
+/// All of them, in the order in which they are written.
+std::span<const DriveKey> drive_keys() noexcept;
+
+/// Something in the file that its reader cannot use.
+struct RobotMisfit {
+  std::string table;  ///< "drive", "link", "payload"; empty: the keys before all tables
+  std::string part;   ///< joint of the drive, or name of the link
+  std::string key;
+  std::string complaint;  ///< follows the key in the message
+};
+using RobotCheck = std::function<std::vector<RobotMisfit>(const RobotFile&)>;
+
+/// `check`: called with a file without problems; what it returns are problems, too.
 /// @throws ConfigError with all problems of the file and of the URDF that it names.
-RobotFile read_robot_file(const std::filesystem::path& path);
+RobotFile read_robot_file(const std::filesystem::path& path, const RobotCheck& check = {});
 
 /// A comment on one part of the file.
 struct RobotRemark {
