@@ -9,6 +9,7 @@
 #include "hal/axis_scale.h"
 #include "hal/loopback_robot.h"
 #include "hal/youbot_axes.h"
+#include "runtime/simulated_arm.h"
 #include "runtime/wire_robot.h"
 
 namespace runtime {
@@ -78,6 +79,7 @@ OpenedRobot open_robot(const RobotOptions& options, const hal::Clock& clock,
     sim::MobileManipulatorParameters parameters;
     parameters.wheels = static_cast<const sim::MecanumWheelParameters&>(simulation);
     parameters.step = simulation.step;
+    if (options.arm) build_arm(*options.arm, parameters.masses, parameters.arm);
     opened.manipulator = std::make_shared<sim::MobileManipulator>(parameters, options.scene);
     opened.robot =
         std::make_unique<hal::LoopbackRobot>(*opened.manipulator, clock, period, wheel_and_arm_joints());
@@ -91,6 +93,7 @@ OpenedRobot open_robot(const RobotOptions& options, const hal::Clock& clock,
     emulation.base = simulation;
     emulation.coupled = emulation.robot == drivers::tmcl::YoubotKind::kBaseAndArm;
     emulation.scene = options.scene;
+    if (options.arm) build_arm(*options.arm, emulation.masses, emulation.arm);
     opened.emulation = std::make_shared<sim::bus::YoubotBus>(emulation);
     opened.manipulator = {opened.emulation, opened.emulation->manipulator()};
     opened.capture = make_capture(options.name);

@@ -3,6 +3,7 @@
 #pragma once
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -12,6 +13,7 @@
 #include "hal/clock.h"
 #include "hal/ethercat_robot.h"
 #include "hal/robot.h"
+#include "runtime/configuration/arm_model.h"
 #include "sim/base.h"
 #include "sim/bus/youbot_bus.h"
 #include "sim/environment.h"
@@ -26,6 +28,7 @@ struct RobotOptions {
   /// For loopback and wire. A simulation in lock-step only reads whether its wheels are on the ground; a real
   /// robot ignores it.
   sim::BaseParameters simulation;
+  std::optional<ArmModel> arm;       ///< of base and arm, simulated here; empty: an arm that no model knows
   sim::EnvironmentParameters scene;  ///< objects that the end effector of a simulated arm on a base can touch
 };
 

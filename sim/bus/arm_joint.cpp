@@ -25,6 +25,7 @@ DriveParameters arm_drive_parameters(const ArmJointData& data) {
   p.motor.current_limit_A = axis.current_limit_A;
   p.motor.resistance_ohm = axis.winding_resistance_ohm;
   p.motor.supply_V = axis.supply_V;
+  p.motor.rotor_inertia_kg_m2 = data.rotor_inertia_kg_m2;
   p.gear_ratio = axis.gear_ratio;
   p.load_inertia_kg_m2 = data.load_inertia_kg_m2;
   const double inertia =

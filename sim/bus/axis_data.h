@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "sim/bus/board_drive.h"
+#include "sim/motor.h"
 
 namespace sim::bus {
 
@@ -20,6 +21,7 @@ struct ArmJointData {
   double load_inertia_kg_m2 = 0.1;
   double coulomb_Nm = 0.5;
   double viscous_Nm_s_per_rad = 0.2;
+  double rotor_inertia_kg_m2 = MotorParameters{}.rotor_inertia_kg_m2;  ///< before the gear
 };
 
 inline constexpr BoardAxis kWheelBoardAxis{.gear_ratio = 9405.0 / 364.0, .current_limit_A = 2.85};

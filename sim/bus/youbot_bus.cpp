@@ -40,6 +40,7 @@ MobileManipulatorParameters manipulator_parameters(const YoubotBusOptions& optio
   parameters.wheels = static_cast<const MecanumWheelParameters&>(options.base);
   parameters.step = options.base.step;
   parameters.arm = options.arm;
+  parameters.masses = options.masses;
   parameters.start_rad = control::ArmVector(options.arm_start_rad.data());
   return parameters;
 }

@@ -47,6 +47,7 @@ struct YoubotBusOptions {
   /// Only for kBaseAndArm: base and arm are one body with weight (sim/mobile_manipulator.h), and the arm
   /// sinks without power. Otherwise each arm joint is independent, as tests of boards and bus need.
   bool coupled = false;
+  control::ModelChanges masses = built_robot();  ///< of the coupled robot, from the description
   EnvironmentParameters scene = {};  ///< objects that the end effector of the coupled arm can touch
   /// Timed: a master in the process that waits for a reply advances emulated time; otherwise no mailbox would
   /// ever be due.
