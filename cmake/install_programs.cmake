@@ -8,6 +8,7 @@ install(CODE "set(CMAKE_INSTALL_DO_STRIP TRUE)" COMPONENT programs)
 install(TARGETS ${programs} RUNTIME DESTINATION bin COMPONENT programs)
 install(FILES ${udev_rules} DESTINATION ${YOUBOT_UDEV_RULES_DIR} COMPONENT programs)
 install(FILES apps/youbotd/demo.toml apps/youbotd/teleop.toml apps/youbot_gap/known_wheel.toml
+              control/youbot.urdf control/youbot_arm.toml
         DESTINATION share/youbot-hal COMPONENT programs)
 install(DIRECTORY apps/youbot_sim/thesis DESTINATION share/youbot-hal COMPONENT programs)
 

@@ -204,6 +204,11 @@ void keep(const std::string& name, const model::effects::DriveModel& model, Mode
     models.push_back({name, runtime::drive_model_text(model)});
 }
 
+void keep(const ArmFile& file, Models& models) {
+  if (std::ranges::find(models, file.name, &Models::value_type::name) == models.end())
+    models.push_back({file.name, file.text});
+}
+
 /// Names of a drive model for each wheel; empty if the key is missing or refused.
 std::vector<std::string> four_names(TomlTable& table, std::string_view key) {
   std::vector<std::string> names;
@@ -337,8 +342,9 @@ void read_floor(TomlTable& table, sim::Floor& floor) {
   }
 }
 
-void read_simulation(TomlTable table, const std::filesystem::path& folder, sim::BaseParameters& simulation,
+void read_simulation(TomlTable table, const std::filesystem::path& folder, runtime::RobotOptions& robot,
                      Models& models) {
+  sim::BaseParameters& simulation = robot.simulation;
   table.boolean("on_ground", simulation.on_ground);
   table.number("mass_kg", simulation.mass_kg, {.min = 1, .max = 200});
   table.number("yaw_inertia_kg_m2", simulation.yaw_inertia_kg_m2, {.min = 0.05, .max = 50});
@@ -353,6 +359,10 @@ void read_simulation(TomlTable table, const std::filesystem::path& folder, sim::
   table.integer("noise_seed", seed, {.min = 0});
   simulation.noise_seed = static_cast<std::uint64_t>(seed);
   read_simulated_wheels(table, folder, simulation, models);
+  if (const std::optional<ArmFile> arm = read_arm_file(table, "robot_file", folder)) {
+    keep(*arm, models);
+    robot.arm = arm->model;
+  }
 }
 
 /// Settings that teleoperation shares with the rest.
@@ -446,7 +456,7 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
                     config.cycle.controller, config.models);
   read_path(path, config.path);
   read_workspace(root.table("workspace"), config.cycle.workspace);
-  read_simulation(root.table("simulation"), file.parent_path(), config.robot.simulation, config.models);
+  read_simulation(root.table("simulation"), file.parent_path(), config.robot, config.models);
   TomlTable haptic = root.table("haptic");
   runtime::read_haptic(haptic, file.parent_path(), config.haptic);
   TomlTable link = root.table("link");
@@ -457,7 +467,8 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
     config.haptic.name = runtime::kRemoteHaptic;
   }
   config.teleoperated = root.has("teleoperation") || config.role == Role::kRobot;
-  read_teleoperation(root.table("teleoperation"), config.teleoperation);
+  config.arm_file = read_teleoperation(root.table("teleoperation"), file.parent_path(), config.teleoperation);
+  if (config.arm_file) keep(*config.arm_file, config.models);
   runtime::read_scene(root.table("scene"), config.robot.scene);
   TomlTable ethercat = root.table("ethercat");
   runtime::read_ethercat(ethercat, config.cycle.period, config.robot.ethercat);

@@ -11,6 +11,7 @@
 #include "control/base_path.h"
 #include "control/teleoperation.h"
 #include "operation/base_task.h"
+#include "operation/teleop_config.h"
 #include "runtime/open_haptic.h"
 #include "runtime/open_robot.h"
 #include "runtime/program/control_socket.h"
@@ -33,7 +34,9 @@ struct Config {
   runtime::HapticOptions haptic;
   /// Only with a haptic device; its settings for the base are in `cycle`.
   control::Teleoperation::Config teleoperation;
-  /// Drive models that the configuration names, as used.
+  /// [teleoperation.arm] robot_file; its model is in `teleoperation`.
+  std::optional<ArmFile> arm_file;
+  /// Drive models and robot files that the configuration names, as used.
   std::vector<runtime::RecordingFile::Attachment> models;
   /// The configuration has [teleoperation], or role = "robot": a haptic device commands the robot.
   bool teleoperated = false;

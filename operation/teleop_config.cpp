@@ -6,7 +6,11 @@
 #include <array>
 #include <numbers>
 #include <span>
+#include <stdexcept>
 #include <string>
+#include <utility>
+
+#include "runtime/configuration/regular_file.h"
 
 namespace operation {
 namespace {
@@ -150,8 +154,22 @@ void read_buttons(TomlTable table, Teleoperation::Config& control) {
   table.number("gripper_open_m", control.gripper_open_m, {.min = 0, .max = 0.023});
 }
 
-void read_arm(TomlTable table, Teleoperation::Config& control) {
+void take(const runtime::ArmModel& model, control::WholeBodyController::Config& robot) {
+  robot.model = model.changes;
+  robot.arm_friction = model.friction;
+  for (std::size_t i = 0; i < model.rotor_inertia_kg_m2.size(); ++i)
+    robot.rotor_inertia_kg_m2[i] = model.rotor_inertia_kg_m2[i].value_or(robot.rotor_inertia_kg_m2[i]);
+}
+
+std::optional<ArmFile> read_arm(TomlTable table, const std::filesystem::path& folder,
+                                Teleoperation::Config& control) {
   control::WholeBodyController::Config& robot = control.robot;
+  std::optional<ArmFile> file = read_arm_file(table, "robot_file", folder);
+  if (file) take(file->model, robot);
+  if (file)
+    for (const std::string_view key : {"coulomb_Nm", "viscous_Nm_s_per_rad", "payload_kg"})
+      if (table.has(key) && !table.is_set(key))
+        table.refuse(key, "and 'teleoperation.arm.robot_file' exclude each other: the file has its value");
   table.numbers("coulomb_Nm", robot.arm_friction.coulomb_Nm, {.min = 0, .max = 10});
   table.numbers("viscous_Nm_s_per_rad", robot.arm_friction.viscous_Nm_s_per_rad, {.min = 0, .max = 10});
   table.number("compensation_margin", robot.arm_compensator.margin, {.min = 0, .max = 1});
@@ -166,17 +184,43 @@ void read_arm(TomlTable table, Teleoperation::Config& control) {
   table.number("setpoint_rad_per_s3", control.joint_setpoint.jerk, {.min = 10, .max = 50'000});
   table.number("following_error_rad", control.joint_following_error_rad, {.min = 0.02, .max = 3});
   table.number("payload_kg", robot.model.payload_kg, {.min = 0, .max = 2});
+  return file;
 }
 
 }  // namespace
 
-void read_teleoperation(TomlTable table, Teleoperation::Config& control) {
+std::optional<ArmFile> read_arm_file(TomlTable& table, std::string_view key,
+                                     const std::filesystem::path& folder) {
+  std::string name;
+  table.text(key, name);
+  if (name.empty()) return std::nullopt;
+  if (table.is_set(key)) {
+    table.refuse(key, "names a file that changes the weight of the arm, which only the configuration may");
+    return std::nullopt;
+  }
+  const std::filesystem::path path = folder / name;
+  const auto refuse = [&](const std::string& problem) {
+    table.refuse(key, "names a robot file that cannot be used: " + problem);
+  };
+  try {
+    runtime::ArmModel model = runtime::read_arm_model(path);
+    return ArmFile{name, path, runtime::read_regular_file(path, runtime::kMaxToml_bytes), std::move(model)};
+  } catch (const runtime::ConfigError& error) {
+    std::ranges::for_each(error.problems(), refuse);
+  } catch (const std::runtime_error& error) {
+    refuse(path.string() + ": " + error.what());
+  }
+  return std::nullopt;
+}
+
+std::optional<ArmFile> read_teleoperation(TomlTable table, const std::filesystem::path& folder,
+                                          Teleoperation::Config& control) {
   read_start(table.table("start"), control);
   read_coupling(table.table("coupling"), control);
   read_mapping(table.table("mapping"), control.mapping, control.smoothing);
   read_feedback(table.table("feedback"), control);
   read_buttons(table.table("buttons"), control);
-  read_arm(table.table("arm"), control);
+  return read_arm(table.table("arm"), folder, control);
 }
 
 }  // namespace operation

@@ -5,6 +5,8 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -261,6 +263,30 @@ TEST(CheckCommand, SimulationInVirtualTimeNeedsNothingOfTheMachine) {
   const support::CommandResult result = support::run_command(kCheck + "--virtual-time");
   EXPECT_EQ(result.exit_code, 0) << result.output;
   EXPECT_EQ(result.output, "ok    configuration: loopback\n1 check: 0 FAIL, 0 warn\n");
+}
+
+TEST(CheckCommand, TheArmsRobotFileIsReportedWithWhatWasTakenFromIt) {
+  const support::TemporaryDirectory folder;
+  std::ifstream given(support::source_dir() + "/control/youbot_arm.toml");
+  std::string text{std::istreambuf_iterator<char>(given), std::istreambuf_iterator<char>()};
+  std::filesystem::copy_file(support::source_dir() + "/control/youbot.urdf", folder / "youbot.urdf");
+  folder.write("arm.toml", text +
+                               "[[link]]\nname = \"arm_link_2\"\nmass_kg = 1.5\n"
+                               "[payload]\nmass_kg = 0.25\ncentre_m = [0, 0, 0.02]\n");
+  const std::string config = folder
+                                 .write("lab.toml",
+                                        "[ethercat]\nkind = \"base+arm\"\n[teleoperation.arm]\n"
+                                        "robot_file = \"arm.toml\"\n")
+                                 .string();
+  const support::CommandResult result =
+      support::run_command(support::program("youbotd") + " --check --virtual-time --config " + config);
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  for (const std::string& line :
+       {"ok    arm: robot file " + (folder / "arm.toml").string(),
+        std::string("ok    arm: arm_link_2: 1.500 kg, not 1.155; centre of mass moved by 0.0, 0.0, 0.0 mm"),
+        std::string("ok    arm: payload: 0.250 kg at 0.0000, 0.0000, 0.0200 m from the tip"),
+        std::string("ok    arm: Coulomb friction of joints 1 to 5: 0.900, 0.900, 0.500, 0.350, 0.250 N·m")})
+    EXPECT_TRUE(result.said(line)) << result.output << "lacks: " << line;
 }
 
 TEST(CheckCommand, AConfigurationThatNoRunAcceptsIsAUsageError) {
