@@ -28,7 +28,7 @@ struct RobotOptions {
   /// For loopback and wire. A simulation in lock-step only reads whether its wheels are on the ground; a real
   /// robot ignores it.
   sim::BaseParameters simulation;
-  std::optional<ArmModel> arm;       ///< of base and arm, simulated here; empty: an arm that no model knows
+  std::optional<ArmModel> arm{};     ///< of base and arm, simulated here; empty: an arm that no model knows
   sim::EnvironmentParameters scene;  ///< objects that the end effector of a simulated arm on a base can touch
 };
 

@@ -16,6 +16,7 @@
 #include "apps/youbot_sim/server.h"
 #include "drivers/ethercat/simulated_bus.h"
 #include "drivers/tmcl/youbot_topology.h"
+#include "runtime/configuration/arm_model.h"
 #include "runtime/configuration/finite_range.h"
 #include "runtime/configuration/hidden_effect.h"
 #include "runtime/configuration/scene_config.h"
@@ -25,6 +26,7 @@
 #include "runtime/program/run_app.h"
 #include "runtime/program/stop_on_signals.h"
 #include "runtime/real_time.h"
+#include "runtime/simulated_arm.h"
 #include "sim/bus/youbot_bus.h"
 
 namespace {
@@ -52,6 +54,7 @@ struct Arguments {
   std::string boards = "lenient";
   std::string faults_file;
   std::string scene_file;
+  std::string robot_file;
   std::string record_file;
   std::vector<std::string> model_files;
   std::optional<std::uint64_t> hidden_effect;
@@ -75,6 +78,11 @@ sim::bus::YoubotBusOptions robot_options(const Arguments& arguments) {
     if (!options.coupled)
       throw std::invalid_argument("--scene needs --robot base+arm: only its end effector can touch objects");
     options.scene = runtime::load_scene(arguments.scene_file);
+  }
+  if (!arguments.robot_file.empty()) {
+    if (!options.coupled)
+      throw std::invalid_argument("--robot-file needs --robot base+arm: only its arm has weight");
+    runtime::build_arm(runtime::read_arm_model(arguments.robot_file), options.masses, options.arm);
   }
   if (!arguments.faults_file.empty())
     options.wire.faults = youbot_sim::load_faults(arguments.faults_file, youbot_boards(options.robot).size());
@@ -147,6 +155,11 @@ int main(int argc, char** argv) {
   app.add_option("--scene", arguments.scene_file,
                  "TOML file whose [scene] lists the objects that the end effector can touch, as in youbotd's "
                  "configuration")
+      ->check(CLI::ExistingFile);
+  app.add_option(
+         "--robot-file", arguments.robot_file,
+         "robot file, as youbot-gap robot delivers it, that the arm follows; none: one that differs from "
+         "the description by some percent")
       ->check(CLI::ExistingFile);
   app.add_option(
       "--record", arguments.record_file,
