@@ -35,6 +35,8 @@ set(expected ${installed_programs} ${installed_rules} ${UNIT_DIR}/youbotd.servic
              /usr/share/youbot-hal/thesis/wheel-2.toml
              /usr/share/youbot-hal/thesis/wheel-3.toml
              /usr/share/youbot-hal/thesis/wheel-4.toml
+             /usr/share/youbot-hal/youbot.urdf
+             /usr/share/youbot-hal/youbot_arm.toml
              ${documents})
 file(GLOB_RECURSE found ${SCRATCH}/*)
 list(TRANSFORM found REPLACE "^${SCRATCH}" "")
