@@ -79,16 +79,14 @@ void check_gravity(const ArmDescription& arm, Misfits& misfits) {
   const Eigen::Vector3d g_L = arm.arm.links.front().X_PL.linear().transpose() * g_B;
   const double tilt_rad = angle_between(g_L, -Eigen::Vector3d::UnitZ());
   if (tilt_rad > kSameDirection_rad)
-    misfits.push_back(
-        {"", "", "gravity_m_per_s2",
-         fmt::format("is {:.2f} degrees off the axis of {}: the model has no tilted base. Level "
-                     "the robot and measure again",
-                     tilt_rad * 180 / std::numbers::pi, arm.arm.links.front().joint)});
+    misfits.push_back({"", "", "gravity_m_per_s2",
+                       fmt::format("is {:.2f} degrees off the axis of {}: the model of the arm has no tilt. "
+                                   "Level the robot and measure again",
+                                   tilt_rad * 180 / std::numbers::pi, arm.arm.links.front().joint)});
   if (std::abs(g_B.norm() - model::kGravity_m_per_s2) > kSameGravity_m_per_s2)
     misfits.push_back({"", "", "gravity_m_per_s2",
-                       fmt::format("is {:.3f} m/s² in all, and {:.3f} in the model: what a scale of the "
-                                   "weight would explain, masses or torque constants do too",
-                                   g_B.norm(), model::kGravity_m_per_s2)});
+                       fmt::format("is {:.3f} m/s² in all; allowed is {:.3f}, within {:g}", g_B.norm(),
+                                   model::kGravity_m_per_s2, kSameGravity_m_per_s2)});
 }
 
 /// Only parts of effects: they mean nothing without the numbers below.
@@ -107,8 +105,8 @@ void check_drive(const ArmDrive& drive, Misfits& misfits) {
   const auto has_no_place = [&](std::string_view key) {
     refuse(key,
            fmt::format("of {} has no place in the model of this arm, and half of a model compensates "
-                       "worse than none: search again without this effect's cause, or take the key out of "
-                       "a copy of the file if the arm shall be driven without it",
+                       "worse than none. Remove its cause on the robot and measure again, or take the key "
+                       "out of a copy of the file: the arm is then driven without it",
                        drive.joint));
   };
   for (const DriveKey& key : drive_keys()) {
