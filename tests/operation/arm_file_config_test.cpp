@@ -22,8 +22,7 @@
 #include "tests/support/built_paths.h"
 #include "tests/support/temporary_directory.h"
 
-namespace operation {
-namespace arm_file_config_test {
+namespace operation::arm_file_config_test {
 
 namespace fs = std::filesystem;
 using control::ArmDescription;
@@ -466,5 +465,4 @@ TEST_F(ArmFileConfig, ASettingWeakensTheFrictionOfTheFileAndNamesNoOther) {
   EXPECT_THROW((void)set("robot_file", "\"arm/model.toml\""), runtime::ConfigError);
 }
 
-}  // namespace arm_file_config_test
-}  // namespace operation
+}  // namespace operation::arm_file_config_test
