@@ -36,8 +36,8 @@ double total(const std::vector<double>& squares) {
 
 /// Squared residuals of one model on the held-out data.
 struct Score {
-  std::vector<double> torque;       ///< by block
-  std::vector<double> simulation;   ///< by window
+  std::vector<double> torque;  ///< by block
+  SimulatedMotion simulation;
   std::vector<double> closed_loop;  ///< by stretch of each recording with a set-point
 };
 
@@ -47,7 +47,7 @@ class HeldOut {
       : judged_(judged), windows_(windows_of(judged.rows, judged.held_out)) {}
 
   Score score(const FittedModel& fitted) const {
-    return {blocks(fitted, judged_.held_out), squared_errors(fitted.model, judged_.rows, windows_),
+    return {blocks(fitted, judged_.held_out), simulated_motion(fitted.model, judged_.rows, windows_),
             closed_loop(fitted)};
   }
   std::vector<double> closed_loop(const FittedModel& fitted) const {
@@ -83,14 +83,17 @@ bool is_worse(const std::vector<double>& than, const std::vector<double>& candid
 }
 /// Removes little of the remaining torque residual; or not most of it, and simulates no better.
 bool is_doubtful(const Score& than, const Score& candidate) {
-  const bool simulates_better = total(candidate.simulation) < total(than.simulation);
+  const bool simulates_better =
+      candidate.simulation.follows && candidate.simulation.total() < than.simulation.total();
   return total(candidate.torque) >
          (simulates_better ? kLeavesAtMost : kMaxResidualShare) * total(than.torque);
 }
 /// What is worse with a candidate; empty: nothing.
 std::string worse_at(const Score& than, const Score& candidate, double alike = kAlike) {
   if (is_worse(than.torque, candidate.torque, alike)) return "predicts the torque of the held-out data worse";
-  if (is_worse(than.simulation, candidate.simulation, alike)) return "simulates the held-out data worse";
+  if ((than.simulation.follows || candidate.simulation.follows) &&
+      is_worse(than.simulation.squares, candidate.simulation.squares, alike))
+    return "simulates the held-out data worse";
   if (is_worse(than.closed_loop, candidate.closed_loop, alike))
     return "follows the held-out set-points worse, with its servo";
   return "";
@@ -204,8 +207,8 @@ std::vector<std::string> deliver(SearchResult& result, const FittedModel& given,
       reason = "with it most of the gap stays, or the held-out data are simulated no better";
     // A threshold determines the torque that the motion is compared with: only the motion itself can confirm
     // it.
-    if (reason.empty() && result.added[i].effect == "torque_deadband" && !bare.simulation.empty() &&
-        total(score.simulation) >= total(bare.simulation))
+    if (reason.empty() && result.added[i].effect == "torque_deadband" && !bare.simulation.squares.empty() &&
+        score.simulation.total() >= bare.simulation.total())
       reason = "with it the held-out data are simulated no better from their commands";
     if (reason.empty()) continue;
     result.rejected.push_back({std::string(result.added[i].effect), result.added[i].gain, reason});
@@ -284,8 +287,8 @@ HeldOutComparison compared(const FittedModel& than, const FittedModel& candidate
       .blocks = static_cast<int>(kDeliveryBlocks),
       .before_Nm = rms(before.torque, judged.held_out.size()),
       .after_Nm = rms(after.torque, judged.held_out.size()),
-      .simulation_before_rad_per_s = rms(before.simulation, held_out.simulated_samples()),
-      .simulation_after_rad_per_s = rms(after.simulation, held_out.simulated_samples()),
+      .simulation_before_rad_per_s = rms(before.simulation.squares, held_out.simulated_samples()),
+      .simulation_after_rad_per_s = rms(after.simulation.squares, held_out.simulated_samples()),
       .worse_at = worse_at(before, after)};
   for (std::size_t b = 0; b < kDeliveryBlocks; ++b)
     result.blocks_improved += after.torque[b] < before.torque[b] ? 1 : 0;

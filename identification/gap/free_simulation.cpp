@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <utility>
 
@@ -19,6 +18,8 @@ constexpr std::size_t kMaxWindows = 60;
 constexpr std::size_t kMinWindowSamples = 4;
 /// Simulation steps per sample: as many as friction needs.
 constexpr int kMinSubsteps = 20;
+/// Share of the squared motion that a simulation may leave and still judge its model.
+constexpr double kMaxUnfollowed = 0.5;
 
 int substeps_for(const model::effects::DriveModel& model, double period_s) {
   if (model.find<model::effects::Backlash>() == nullptr) return kMinSubsteps;
@@ -32,6 +33,27 @@ model::effects::DriveModel without_actuator(model::effects::DriveModel model) {
     return std::visit([]<class E>(const E&) { return model::effects::ActsOnActuator<E>; }, effect);
   });
   return model;
+}
+
+/// For each window, its share of the squared velocities in all windows of its recording.
+std::vector<double> squares_of_motion(const Rows& rows, const std::vector<Window>& windows) {
+  struct Sum {
+    double square = 0;
+    std::size_t samples = 0;
+  };
+  std::map<std::size_t, Sum> of_recording;
+  for (const Window& window : windows) {
+    Sum& sum = of_recording[window.recording];
+    sum.square +=
+        squared_error(std::vector<double>(window.length, 0.0), rows.signals()[window.recording], window);
+    sum.samples += window.length;
+  }
+  std::vector<double> squares;
+  for (const Window& window : windows) {
+    const Sum& sum = of_recording[window.recording];
+    squares.push_back(sum.square * static_cast<double>(window.length) / static_cast<double>(sum.samples));
+  }
+  return squares;
 }
 
 }  // namespace
@@ -96,19 +118,21 @@ double squared_error(const std::vector<double>& simulated_rad_per_s, const Signa
   return square;
 }
 
-std::vector<double> squared_errors(const model::effects::DriveModel& model, const Rows& rows,
-                                   const std::vector<Window>& windows) {
+SimulatedMotion simulated_motion(const model::effects::DriveModel& model, const Rows& rows,
+                                 const std::vector<Window>& windows) {
   std::map<std::size_t, FreeSimulation> drives;
   for (const Window& window : windows)
     drives.try_emplace(window.recording, model, rows.signals()[window.recording]);
-  std::vector<double> squares(windows.size());
+  const std::vector<double> standing = squares_of_motion(rows, windows);
+  SimulatedMotion motion{.squares = std::vector<double>(windows.size())};
   in_parallel(windows.size(), [&](std::size_t i) {
     const Window& window = windows[i];
     const double square =
         squared_error(drives.at(window.recording).velocity(window), rows.signals()[window.recording], window);
-    squares[i] = std::isfinite(square) ? square : std::numeric_limits<double>::infinity();
+    motion.squares[i] = square < standing[i] ? square : standing[i];  // also where it is not a number
   });
-  return squares;
+  motion.follows = motion.total() < kMaxUnfollowed * std::accumulate(standing.begin(), standing.end(), 0.0);
+  return motion;
 }
 
 }  // namespace identification::gap

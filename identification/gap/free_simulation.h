@@ -2,6 +2,7 @@
 /// A model driven by the torque only, in short windows that start in the measured state.
 #pragma once
 #include <cstddef>
+#include <numeric>
 #include <optional>
 #include <vector>
 
@@ -37,8 +38,18 @@ class FreeSimulation {
 /// Its squared error over a window, summed over the samples.
 double squared_error(const std::vector<double>& simulated_rad_per_s, const Signals& signals,
                      const Window& window);
-/// The same for each window; infinite if the simulation is.
-std::vector<double> squared_errors(const model::effects::DriveModel& model, const Rows& rows,
-                                   const std::vector<Window>& windows);
+
+/// A model on all windows.
+struct SimulatedMotion {
+  /// The squared error of each window, at most that of a model that stands still: a drive with little inertia
+  /// against its friction runs away after the smallest error of torque, and how far says nothing about its
+  /// model.
+  std::vector<double> squares;
+  /// Most of the squared motion is simulated. Otherwise the simulation cannot judge the model.
+  bool follows = false;
+  double total() const { return std::accumulate(squares.begin(), squares.end(), 0.0); }
+};
+SimulatedMotion simulated_motion(const model::effects::DriveModel& model, const Rows& rows,
+                                 const std::vector<Window>& windows);
 
 }  // namespace identification::gap

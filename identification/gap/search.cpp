@@ -17,6 +17,7 @@
 #include "identification/gap/free_simulation.h"
 #include "identification/gap/noise_draws.h"
 #include "identification/gap/regression.h"
+#include "model/effects/basis.h"
 
 namespace identification::gap {
 namespace {
@@ -231,11 +232,23 @@ bool is_sure(const BlockRegression::Fit& worse, const BlockRegression::Fit& bett
 bool simulates_better(const FittedModel& than, const FittedModel& candidate, const Rows& rows,
                       const Training& training) {
   const std::vector<Window> windows = windows_of(rows, training.rows);
-  const auto total = [&](const FittedModel& fitted) {
-    const std::vector<double> squares = squared_errors(fitted.model, rows, windows);
-    return std::accumulate(squares.begin(), squares.end(), 0.0);
-  };
-  return windows.empty() || total(candidate) < total(than);
+  if (windows.empty()) return true;
+  const SimulatedMotion motion = simulated_motion(candidate.model, rows, windows);
+  return motion.follows && motion.total() < simulated_motion(than.model, rows, windows).total();
+}
+
+/// Whether the data determine the amplitudes of the added effect.
+bool knows_its_size(const FittedModel& model, const Rows& rows, const Training& training) {
+  const std::span<const std::string_view> amplitudes =
+      model::effects::amplitudes_of(model.model.effects.back());
+  const std::vector<FreeParameter> parameters = free_parameters(model, rows);
+  const std::vector<fit::Estimate> found = estimates(model, rows, training.rows);
+  for (std::size_t i = 0; i < found.size(); ++i)
+    if (parameters[i].kind == FreeParameter::Kind::kEffect &&
+        parameters[i].effect + 1 == model.model.effects.size() && !found[i].ok() &&
+        std::ranges::find(amplitudes, found[i].name) != amplitudes.end())
+      return false;
+  return true;
 }
 
 /// Whether the data determine the periods per turn of the added ripple.
@@ -275,6 +288,15 @@ std::vector<Rival> contest(const FittedModel& before, const std::vector<Round::O
     return base.held_out - r.fit.held_out < kAsGood * (base.held_out - best);
   });
   if (rivals.empty()) return rivals;  // the initial one is worse than none
+  // Friction that an asymmetry turns into a push, for example, is cut to none, whatever the size of both: an
+  // offset, whose size is determined, fits nearly as well and is closer to the truth.
+  if (rivals.size() > 1) {
+    std::vector<bool> known;
+    for (const Rival& rival : rivals) known.push_back(knows_its_size(rival.model, rows, training));
+    if (std::ranges::find(known, true) != known.end())
+      for (std::size_t i = rivals.size(); i-- > 0;)
+        if (!known[i]) rivals.erase(rivals.begin() + static_cast<std::ptrdiff_t>(i));
+  }
   std::vector<std::vector<double>> squares;
   for (const Rival& rival : rivals) squares.push_back(rival.fit.held_out_of);
   const std::vector<int> wins = draws_won(squares, options.seed);

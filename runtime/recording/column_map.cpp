@@ -89,6 +89,13 @@ std::string units_of(Kind kind) {
   return list;
 }
 
+/// "N·m" as "Nm": without signs of multiplication.
+std::string without_times(std::string unit) {
+  for (const std::string_view sign : {"·", "⋅", "*", "."})
+    for (std::size_t at = 0; (at = unit.find(sign, at)) != std::string::npos;) unit.erase(at, sign.size());
+  return unit;
+}
+
 /// Angle and velocity are divided by the gear's ratio, torque is multiplied by it.
 double to_joint(Kind kind, double gear_ratio) { return kind == Kind::kTorque ? gear_ratio : 1 / gear_ratio; }
 bool has_side(Kind kind) { return kind == Kind::kAngle || kind == Kind::kVelocity || kind == Kind::kTorque; }
@@ -133,8 +140,10 @@ class MapReader {
     table.text("column", column.column, {.required = true});
     std::string unit_name;
     table.text("unit", unit_name, {.required = true});
-    const auto* const unit = std::ranges::find_if(
-        kMapUnits, [&](const Unit& one) { return one.kind == quantity.kind && one.name == unit_name; });
+    const auto* const unit =
+        std::ranges::find_if(kMapUnits, [&, known = without_times(unit_name)](const Unit& one) {
+          return one.kind == quantity.kind && one.name == known;
+        });
     if (unit != kMapUnits.end()) {
       column.scale = unit->scale;
       column.offset = unit->offset;

@@ -71,6 +71,8 @@ TEST_F(ColumnMaps, UnitsBecomeSi) {
   EXPECT_DOUBLE_EQ(second("velocity_rad_per_s", "unit = \"rpm\"\n"), 2 * kPi / 60);
   EXPECT_DOUBLE_EQ(second("velocity_rad_per_s", "unit = \"deg/s\"\n"), kPi / 180);
   EXPECT_DOUBLE_EQ(second("torque_measured_Nm", "unit = \"mNm\"\n"), 1e-3);
+  for (const std::string unit : {"mN·m", "mN⋅m", "mN*m", "mN.m"})
+    EXPECT_DOUBLE_EQ(second("torque_measured_Nm", "unit = \"" + unit + "\"\n"), 1e-3) << unit;
   EXPECT_DOUBLE_EQ(second("torque_command_Nm", "unit = \"Ncm\"\n"), 1e-2);
   EXPECT_DOUBLE_EQ(second("torque_measured_Nm", "unit = \"mA\"\ntorque_constant_Nm_per_A = 0.05\n"), 5e-5);
   EXPECT_DOUBLE_EQ(second("current_A", "unit = \"mA\"\n"), 1e-3);
