@@ -15,13 +15,26 @@
 namespace runtime {
 namespace {
 
-/// A table without a row of names begins with values.
+bool parse_number(std::string_view field, char decimal, double& value) {
+  if (field.starts_with('+')) field.remove_prefix(1);
+  std::array<char, 64> text{};
+  if (field.empty() || field.size() > text.size()) return false;
+  std::ranges::copy(field, text.begin());
+  if (decimal != '.') {
+    if (field.find('.') != field.npos) return false;  // a thousands separator, or another decimal point
+    std::ranges::replace(text, decimal, '.');
+  }
+  const auto [end, error] = std::from_chars(text.data(), text.data() + field.size(), value);
+  return error == std::errc() && end == text.data() + field.size();
+}
+
+/// A table without a row of names begins with values, of which some may be missing.
 bool are_numbers(std::span<const std::string> names) {
-  return std::ranges::all_of(names, [](const std::string& name) {
-    double value = 0;
-    const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), value);
-    return error == std::errc() && end == name.data() + name.size();
-  });
+  double value = 0;
+  return std::ranges::any_of(names, [](const std::string& name) { return !name.empty(); }) &&
+         std::ranges::all_of(names, [&](const std::string& name) {
+           return name.empty() || parse_number(name, '.', value) || parse_number(name, ',', value);
+         });
 }
 
 constexpr double kLargestServoValue = 1e6;  // kp, V
@@ -241,6 +254,14 @@ ColumnMapper::ColumnMapper(const ColumnMap& map, std::span<const std::string> na
     only_at_ = find(names, map.only_column, "[only]");
     if (only_at_) used[*only_at_] = true;
   }
+  if (!problems_.empty() && are_numbers(names)) {
+    std::string list;
+    for (const MappedColumn& column : map.columns)
+      (list += list.empty() ? "" : ", ") += in_quotes(column.column);
+    problems_ = {"this line has only numbers: put a row of names before it, with the columns that " +
+                 map.name + " names: " + list};
+    return;
+  }
   for (std::size_t i = 0; i < names.size(); ++i)
     if (!used[i]) left_out_.push_back(names[i]);
   if (map.servo) prepare_servo(header);
@@ -256,7 +277,6 @@ std::optional<std::size_t> ColumnMapper::find(std::span<const std::string> names
     if (!names.empty())
       if (const auto meant = likely_meant(column, Names(names.begin(), names.end())))
         hint = "; did you mean " + in_quotes(*meant) + "?";
-    if (are_numbers(names)) hint = "; this line has only numbers: put a row of names before it";
     problems_.push_back("there is no column " + in_quotes(column) + ", which " + use + " of " + map_.name +
                         " names" + hint + "; the columns are " + list);
     return std::nullopt;
@@ -294,16 +314,7 @@ void ColumnMapper::prepare_servo(const std::map<std::string, double, std::less<>
 }
 
 bool ColumnMapper::parse(std::string_view field, double& value) const {
-  if (field.starts_with('+')) field.remove_prefix(1);
-  std::array<char, 64> text{};
-  if (field.empty() || field.size() > text.size()) return false;
-  std::ranges::copy(field, text.begin());
-  if (map_.decimal != '.') {
-    if (field.find('.') != field.npos) return false;  // a thousands separator, or another decimal point
-    std::ranges::replace(text, map_.decimal, '.');
-  }
-  const auto [end, error] = std::from_chars(text.data(), text.data() + field.size(), value);
-  return error == std::errc() && end == text.data() + field.size();
+  return parse_number(field, map_.decimal, value);
 }
 
 bool ColumnMapper::is_chosen(std::string_view field) const {

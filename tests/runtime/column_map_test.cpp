@@ -226,6 +226,13 @@ TEST_F(ColumnMaps, BadTablesAreNamedWithLineColumnAndRemedy) {
   expect_problem("t,position\n0,1\n", kTime + "[position_rad]\ncolumn = \"positon\"\nunit = \"rad\"\n",
                  "did you mean 'position'?");
   expect_problem("0,1\n1,2\n", both, "this line has only numbers: put a row of names before it");
+  expect_problem("+0.0,,1e-3\n1,2,3\n", both, "this line has only numbers");
+  expect_problem("0,5;1,5\n1;2\n", "separator = \";\"\ndecimal = \",\"\n" + both,
+                 "this line has only numbers");
+  expect_problem("0,5;1,5\n1;2\n", "separator = \";\"\n" + both, "this line has only numbers");
+  const std::string all = problems("0,1\n1,2\n", map(both));  // once, not for each column
+  EXPECT_EQ(all.find("only numbers"), all.rfind("only numbers"));
+  EXPECT_EQ(all.find("there is no column"), std::string::npos) << all;
   expect_problem("t,q,q\n0,1,2\n", both, "column 'q', which [position_rad] of ");
   expect_problem("t,q,q\n0,1,2\n", both, "is there twice; rename one");
   expect_problem("t,q\n0,nan\n", both, "f.csv:2: column 'q' 'nan' is not a finite number");
