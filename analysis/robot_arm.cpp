@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <iterator>
 #include <memory>
-#include <numeric>
 #include <system_error>
 #include <utility>
 
@@ -19,6 +18,10 @@ namespace {
 namespace fs = std::filesystem;
 using identification::robot_gap::ArmRecording;
 using identification::robot_gap::ArmSubject;
+using identification::robot_gap::CutRecording;
+
+/// In a warning.
+constexpr std::size_t kListedStretches = 5;
 
 std::string position_quantity(std::size_t joint) { return fmt::format("joint_{}_position_rad", joint + 1); }
 std::string torque_quantity(std::size_t joint) { return fmt::format("joint_{}_torque_Nm", joint + 1); }
@@ -55,24 +58,32 @@ std::string arm_model_text(const runtime::RobotFile& base, const ArmSubject& sub
   return runtime::robot_file_text(robot, urdf, base.arm, robot_header(findings), robot_remarks(findings));
 }
 
+/// "arm.csv: cut at its pauses into 2 parts; 0 to 0.5 s is left out, shorter than the 2 s that ..."
+std::string cut_text(const std::string& name, const CutRecording& cut, double band_Hz) {
+  std::string text = fmt::format("{}: cut at its pauses into {} part{}", name, cut.parts.size(),
+                                 cut.parts.size() == 1 ? "" : "s");
+  if (cut.left_out.empty()) return text;
+  const std::size_t listed = std::min(cut.left_out.size(), kListedStretches);
+  for (std::size_t i = 0; i < listed; ++i)
+    text += fmt::format("{}{:.3f} to {:.3f} s", i == 0 ? "; " : ", ", cut.left_out[i].from_s,
+                        cut.left_out[i].to_s);
+  if (listed < cut.left_out.size()) text += fmt::format(" and {} more", cut.left_out.size() - listed);
+  return text + fmt::format(" {} left out, shorter than the {:.3g} s that a band of {:.3g} Hz needs",
+                            cut.left_out.size() == 1 ? "is" : "are",
+                            identification::robot_gap::shortest_recording_s(band_Hz), band_Hz);
+}
+
 /// Replaces recordings with pauses by their parts.
 void cut_at_pauses(ArmRecordings& recordings, double band_Hz) {
   for (const std::vector<ArmRecording>* list : {&recordings.data, &recordings.held_out})
     band_Hz = identification::robot_gap::usable_band_Hz(*list, band_Hz);
   for (std::vector<ArmRecording>* list : {&recordings.data, &recordings.held_out}) {
     std::vector<ArmRecording> parts;
-    for (ArmRecording& whole : *list) {
-      std::vector<ArmRecording> own = identification::robot_gap::cut_at_pauses(whole, band_Hz);
-      const std::size_t rows =
-          std::accumulate(own.begin(), own.end(), std::size_t{0},
-                          [](std::size_t sum, const ArmRecording& part) { return sum + part.time_s.size(); });
-      if (own.size() > 1 || rows < whole.time_s.size())
-        recordings.warnings.push_back(
-            fmt::format("{}: cut at its pauses, {} {} long enough; {:.2g} % of its rows are left out",
-                        whole.name, own.size(), own.size() == 1 ? "part is" : "parts are",
-                        100.0 * static_cast<double>(whole.time_s.size() - rows) /
-                            static_cast<double>(whole.time_s.size())));
-      std::ranges::move(own, std::back_inserter(parts));
+    for (const ArmRecording& whole : *list) {
+      CutRecording cut = identification::robot_gap::cut_at_pauses(whole, band_Hz);
+      if (cut.parts.size() + cut.left_out.size() > 1)
+        recordings.warnings.push_back(cut_text(whole.name, cut, band_Hz));
+      std::ranges::move(cut.parts, std::back_inserter(parts));
     }
     *list = std::move(parts);
   }
@@ -90,6 +101,7 @@ ArmRecordings read_arm_recordings(const runtime::RobotFile& robot, const RobotGa
                                {time_s.begin(), time_s.end()},
                                gathered(table.recording, joints, &position_quantity),
                                gathered(table.recording, joints, &torque_quantity)};
+        (table.is_searched ? result.data_files : result.held_out_files).push_back(table.name);
         (table.is_searched ? result.data : result.held_out).push_back(std::move(recording));
       });
   cut_at_pauses(result, robot.band_Hz);
@@ -100,7 +112,11 @@ OpenedRobot open_arm(const RobotGapOptions& options) {
   runtime::RobotFile base = runtime::read_robot_file(options.model);
   ArmRecordings recordings = read_arm_recordings(base, options);
   OpenedRobot opened;
-  for (const ArmRecording& recording : recordings.data) opened.findings.data.push_back(recording.name);
+  opened.findings.data = std::move(recordings.data_files);
+  if (!recordings.held_out_files.empty())
+    opened.complete = [files = std::move(recordings.held_out_files)](RobotFindings& findings) {
+      findings.result.held_out = files;
+    };
   opened.warnings = std::move(recordings.warnings);
   auto subject =
       std::make_unique<ArmSubject>(base.arm, std::move(recordings.data), std::move(recordings.held_out),

@@ -28,7 +28,10 @@ std::vector<std::string> read_robot_tables(const RobotGapOptions& options, const
                                            const std::string& time_column,
                                            const std::function<void(const RobotTable& table)>& take);
 
+/// Parts without pauses, and the files that they are from.
 struct ArmRecordings {
+  std::vector<std::string> data_files;
+  std::vector<std::string> held_out_files;
   std::vector<identification::robot_gap::ArmRecording> data;
   std::vector<identification::robot_gap::ArmRecording> held_out;
   std::vector<std::string> warnings;

@@ -130,50 +130,53 @@ double usable_band_Hz(std::span<const ArmRecording> recordings, double wanted_Hz
   return band_Hz;
 }
 
-std::vector<ArmRecording> cut_at_pauses(const ArmRecording& recording, double band_Hz) {
+double shortest_recording_s(double band_Hz) { return kShortestRecording / band_Hz; }
+
+CutRecording cut_at_pauses(const ArmRecording& recording, double band_Hz) {
   const double bridged_s = std::max(kBridgedSteps * median_step_s(recording), 1 / (kLeastRate * band_Hz));
   const std::vector<double>& time_s = recording.time_s;
   std::vector<std::size_t> ends;  // one past the last row of each part
   for (std::size_t i = 1; i < time_s.size(); ++i)
     if (time_s[i] - time_s[i - 1] > bridged_s) ends.push_back(i);
-  if (ends.empty()) return {recording};
+  if (ends.empty()) return {{recording}, {}};
   const std::size_t pause = ends.front();
   ends.push_back(time_s.size());
-  std::vector<ArmRecording> parts;
+  CutRecording cut;
   std::size_t from = 0;
   for (const std::size_t end : ends) {
-    if (time_s[end - 1] - time_s[from] >= kShortestRecording / band_Hz) {
+    if (time_s[end - 1] - time_s[from] >= shortest_recording_s(band_Hz)) {
       std::array<char, 40> place{};
       std::snprintf(place.data(), place.size(), ", from %.3f s", time_s[from]);
       const auto first = static_cast<Eigen::Index>(from);
       const auto rows = static_cast<Eigen::Index>(end - from);
-      parts.push_back({recording.name + place.data(),
-                       {time_s.begin() + first, time_s.begin() + first + rows},
-                       recording.position_rad.middleCols(first, rows),
-                       recording.torque_Nm.middleCols(first, rows)});
+      cut.parts.push_back({recording.name + place.data(),
+                           {time_s.begin() + first, time_s.begin() + first + rows},
+                           recording.position_rad.middleCols(first, rows),
+                           recording.torque_Nm.middleCols(first, rows)});
+    } else {
+      cut.left_out.push_back({time_s[from], time_s[end - 1]});
     }
     from = end;
   }
-  if (parts.empty()) {
+  if (cut.parts.empty()) {
     std::array<char, 200> what{};
     std::snprintf(
         what.data(), what.size(),
         ": after %.3f s there is a pause of %.3g s, and no part between pauses has the %.3g s that a "
         "band of %.3g Hz needs; lower band_Hz or record again",
-        time_s[pause - 1], time_s[pause] - time_s[pause - 1], kShortestRecording / band_Hz, band_Hz);
+        time_s[pause - 1], time_s[pause] - time_s[pause - 1], shortest_recording_s(band_Hz), band_Hz);
     throw std::invalid_argument(recording.name + what.data());
   }
-  return parts;
+  return cut;
 }
 
 ArmMotion filtered(const ArmRecording& recording, double band_Hz) {
   if (recording.time_s.size() < 2 ||
-      recording.time_s.back() - recording.time_s.front() < kShortestRecording / band_Hz)
-    throw std::invalid_argument(
-        recording.name + ": is too short: at least " +
-        std::to_string(static_cast<int>(std::ceil(kShortestRecording / band_Hz))) +
-        " s of motion are needed in a band of " + std::to_string(band_Hz) +
-        " Hz, and four times as much where a part is set aside; the slowest recording sets the band");
+      recording.time_s.back() - recording.time_s.front() < shortest_recording_s(band_Hz))
+    throw std::invalid_argument(recording.name + ": is too short: at least " +
+                                std::to_string(static_cast<int>(std::ceil(shortest_recording_s(band_Hz)))) +
+                                " s of motion are needed in a band of " + std::to_string(band_Hz) +
+                                " Hz; the slowest recording sets the band");
   const Even grid = even_grid(recording);
   const std::size_t stride = stride_of(grid.period_s, band_Hz);
   ArmMotion motion;

@@ -49,11 +49,23 @@ struct ArmNoise {
 /// The band that these recordings allow, at most `wanted_Hz`.
 double usable_band_Hz(std::span<const ArmRecording> recordings, double wanted_Hz);
 
+/// Length of the shortest recording that can be compared in a band.
+double shortest_recording_s(double band_Hz);
+
+/// A recording in parts without pauses.
+struct CutRecording {
+  struct Stretch {
+    double from_s = 0;
+    double to_s = 0;
+  };
+  std::vector<ArmRecording> parts;
+  std::vector<Stretch> left_out;  ///< too short for the band
+};
 /// The recording, cut at its pauses. Straight lines bridge a pause that is as short as the steps which the
 /// band allows, or as five of the recording's usual steps; across a longer one they would end in
-/// accelerations that never were. Parts that are too short for the band are left out.
+/// accelerations that never were.
 /// @throws std::invalid_argument naming the recording and its first pause if no part is long enough.
-std::vector<ArmRecording> cut_at_pauses(const ArmRecording& recording, double band_Hz);
+CutRecording cut_at_pauses(const ArmRecording& recording, double band_Hz);
 
 /// @throws std::invalid_argument naming the recording if it is too short for the band.
 ArmMotion filtered(const ArmRecording& recording, double band_Hz);

@@ -15,6 +15,8 @@ namespace {
 
 /// Share of each recording that searches, where nothing else is held out.
 constexpr double kSearched = 0.75;
+/// One in so many is held out of those that are too short to be divided.
+constexpr std::size_t kWholeOnes = 4;
 /// Blocks of all data, and their shortest length in periods of the band.
 constexpr double kWantedBlocks = 60;
 constexpr double kShortestBlock = 8;
@@ -22,11 +24,19 @@ constexpr int kFewestBlocks = 8;
 constexpr std::size_t kRanges = 6;
 constexpr std::size_t kDirections = 2;
 
-/// The first `kSearched` of each recording, and the rest.
-void set_aside(std::vector<ArmRecording>& data, std::vector<ArmRecording>& held_out) {
+/// The first `kSearched` of each recording, and the rest. Of those whose rest would be too short, every
+/// fourth is held out as a whole.
+void set_aside(std::vector<ArmRecording>& data, std::vector<ArmRecording>& held_out, double band_Hz) {
+  std::vector<ArmRecording> searched;
+  std::size_t undivided = 0;
   for (ArmRecording& whole : data) {
     const auto rows = static_cast<Eigen::Index>(whole.time_s.size());
     const auto first = static_cast<Eigen::Index>(kSearched * static_cast<double>(rows));
+    if (rows == 0 ||
+        whole.time_s.back() - whole.time_s[static_cast<std::size_t>(first)] < shortest_recording_s(band_Hz)) {
+      (undivided++ % kWholeOnes == 1 ? held_out : searched).push_back(std::move(whole));
+      continue;
+    }
     ArmRecording rest{whole.name + ", last quarter",
                       {whole.time_s.begin() + first, whole.time_s.end()},
                       whole.position_rad.rightCols(rows - first),
@@ -35,6 +45,17 @@ void set_aside(std::vector<ArmRecording>& data, std::vector<ArmRecording>& held_
     whole.time_s.resize(static_cast<std::size_t>(first));
     whole.position_rad = whole.position_rad.leftCols(first).eval();
     whole.torque_Nm = whole.torque_Nm.leftCols(first).eval();
+    searched.push_back(std::move(whole));
+  }
+  data = std::move(searched);
+  if (held_out.empty()) {
+    char text[200];
+    std::snprintf(
+        text, sizeof text,
+        ": is too short to set a quarter of it aside: in a band of %.3g Hz that takes %.3g s without "
+        "a pause; record longer, or hold out another recording",
+        band_Hz, shortest_recording_s(band_Hz) / (1 - kSearched));
+    throw std::invalid_argument(data.front().name + text);
   }
 }
 
@@ -63,10 +84,8 @@ ArmSubject::ArmSubject(const control::ArmDescription& arm, std::vector<ArmRecord
                        std::vector<ArmRecording> held_out, const ArmOptions& options)
     : given_(arm) {
   if (data.empty()) throw std::invalid_argument("there is no recording to search");
-  if (held_out.empty()) set_aside(data, held_out);
-  std::vector<ArmRecording> all = data;
-  all.insert(all.end(), held_out.begin(), held_out.end());
-  band_Hz_ = usable_band_Hz(all, options.band_Hz);
+  band_Hz_ = usable_band_Hz(held_out, usable_band_Hz(data, options.band_Hz));
+  if (held_out.empty()) set_aside(data, held_out, band_Hz_);
   searched_motions_ = all_filtered(data, band_Hz_);
   held_out_motions_ = all_filtered(held_out, band_Hz_);
   searched_names_ = names_of(searched_motions_);

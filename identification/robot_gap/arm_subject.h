@@ -20,7 +20,8 @@ struct ArmOptions {
 
 class ArmSubject final : public Subject {
  public:
-  /// Without `held_out` the last quarter of each recording is set aside.
+  /// Without `held_out` the last quarter of each recording is set aside; of recordings too short for that,
+  /// one in four.
   /// @throws std::invalid_argument naming recording or joint if the data cannot answer the question.
   ArmSubject(const control::ArmDescription& arm, std::vector<ArmRecording> data,
              std::vector<ArmRecording> held_out, const ArmOptions& options);

@@ -9,11 +9,17 @@
 #include <string>
 #include <vector>
 
+#include "control/arm_description.h"
+#include "identification/robot_gap/arm_subject.h"
+
 namespace arm_motion_test {
 namespace {
 
 using identification::robot_gap::ArmMotion;
 using identification::robot_gap::ArmRecording;
+using identification::robot_gap::ArmSubject;
+using identification::robot_gap::CutRecording;
+using identification::robot_gap::Part;
 
 constexpr double kBand_Hz = 10;
 
@@ -42,7 +48,7 @@ ArmRecording swing(double seconds, const std::vector<Pause>& pauses) {
 // A recorder that misses eight rows of a thousand has still more of them than a band of 10 Hz needs.
 TEST(ArmPauses, OneWithinTheBandIsNoReasonToCut) {
   const ArmRecording late = swing(10, {{4.0, 4.009}});
-  const auto parts = cut_at_pauses(late, kBand_Hz);
+  const auto parts = cut_at_pauses(late, kBand_Hz).parts;
   ASSERT_EQ(parts.size(), 1U);
   EXPECT_EQ(parts.front().name, "swing.csv");
   const ArmMotion motion = filtered(parts.front(), kBand_Hz);
@@ -57,7 +63,7 @@ TEST(ArmPauses, OneWithinTheBandIsNoReasonToCut) {
 }
 
 TEST(ArmPauses, ALongOneMakesTwoRecordings) {
-  const auto parts = cut_at_pauses(swing(10, {{4.0, 4.5}}), kBand_Hz);
+  const auto parts = cut_at_pauses(swing(10, {{4.0, 4.5}}), kBand_Hz).parts;
   ASSERT_EQ(parts.size(), 2U);
   EXPECT_EQ(parts[0].name, "swing.csv, from 0.000 s");
   EXPECT_EQ(parts[1].name, "swing.csv, from 4.500 s");
@@ -68,14 +74,46 @@ TEST(ArmPauses, ALongOneMakesTwoRecordings) {
 }
 
 TEST(ArmPauses, PartsThatAreTooShortAreLeftOut) {
-  const auto parts = cut_at_pauses(swing(10, {{0.5, 1.0}}), kBand_Hz);
-  ASSERT_EQ(parts.size(), 1U);
-  EXPECT_EQ(parts.front().name, "swing.csv, from 1.000 s");
+  const CutRecording cut = cut_at_pauses(swing(10, {{0.5, 1.0}}), kBand_Hz);
+  ASSERT_EQ(cut.parts.size(), 1U);
+  EXPECT_EQ(cut.parts.front().name, "swing.csv, from 1.000 s");
+  ASSERT_EQ(cut.left_out.size(), 1U);
+  EXPECT_DOUBLE_EQ(cut.left_out.front().from_s, 0);
+  EXPECT_DOUBLE_EQ(cut.left_out.front().to_s, 0.5);
   try {
     cut_at_pauses(swing(4, {{1.0, 1.2}, {2.0, 2.2}, {3.0, 3.2}}), kBand_Hz);
     ADD_FAILURE() << "no part is long enough";
   } catch (const std::invalid_argument& error) {
     EXPECT_EQ(std::string(error.what()).find("swing.csv: after 1.000 s there is a pause of 0.2 s"), 0U)
+        << error.what();
+  }
+}
+
+control::ArmDescription pendulum() {
+  return {
+      .arm = control::read_serial_arm(
+          R"(<robot name="one"><link name="base"/><link name="arm"><inertial><origin xyz="0.2 0 0"/>)"
+          R"(<mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>)"
+          R"(</link><joint name="swing" type="continuous"><parent link="base"/><child link="arm"/>)"
+          R"(<axis xyz="0 1 0"/></joint></robot>)",
+          "base", "arm"),
+      .drives = {{.joint = "swing"}}};
+}
+
+// A quarter of 5 s is less than the 2 s that a band of 10 Hz needs.
+TEST(ArmSetAside, OnePartInFourIsHeldOutOfThoseTooShortToBeDivided) {
+  const auto parts = cut_at_pauses(swing(32, {{20.0, 20.5}, {25.5, 26.0}}), kBand_Hz).parts;
+  ASSERT_EQ(parts.size(), 3U);
+  const ArmSubject subject(pendulum(), parts, {}, {.band_Hz = kBand_Hz});
+  EXPECT_EQ(subject.motions(Part::kSearched),
+            (std::vector<std::string>{"swing.csv, from 0.000 s", "swing.csv, from 20.500 s"}));
+  EXPECT_EQ(subject.motions(Part::kHeldOut),
+            (std::vector<std::string>{"swing.csv, from 0.000 s, last quarter", "swing.csv, from 26.000 s"}));
+  try {
+    const ArmSubject alone(pendulum(), {swing(7, {})}, {}, {.band_Hz = kBand_Hz});
+    ADD_FAILURE() << "nothing is held out";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_EQ(std::string(error.what()).find("swing.csv: is too short to set a quarter of it aside"), 0U)
         << error.what();
   }
 }

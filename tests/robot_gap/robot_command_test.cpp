@@ -79,6 +79,8 @@ TEST_F(GapRobot, RefusesTheFrictionOfTheShoulderThatDoesNotTransferToFastMotion)
                                             recording("A_fast_1.csv") + recording("A_fast_2.csv"));
   ASSERT_EQ(result.exit_code, 0) << result.output;
   const json gap = json::parse(read(fs::path(out()) / "gap.json"));
+  EXPECT_EQ(gap.at("data"), json({"A_slow_75s.csv"}));
+  EXPECT_EQ(gap.at("held_out"), json({"A_fast_1.csv", "A_fast_2.csv"}));
   EXPECT_TRUE(names(gap, "coulomb", "elbow")) << gap.at("effects");
   for (const json& effect : gap.at("effects")) EXPECT_NE(effect.at("part"), "shoulder") << effect;
   EXPECT_NE(gap.at("reason").get<std::string>().find("parameters do not transfer"), std::string::npos);
