@@ -71,7 +71,7 @@ struct FoundEffect {
   double held_out_gain = 0;  ///< share of the model's squared residual that the effect removes
   int blocks_improved = 0;
   int blocks = 0;
-  double p_value = 1;     ///< probability of such a gain by chance, anywhere in the search
+  double p_value = 1;     ///< probability of such a gain by chance, in the whole search or in plain friction
   double gap_before = 0;  ///< rms torque residual [N·m], of the delivered model refitted without the effect
   double gap_after = 0;
   std::vector<std::string> equivalent{};  ///< effects that this data cannot distinguish from it
@@ -206,7 +206,7 @@ struct Enough {
 };
 
 struct Options {
-  double false_positive_rate = 0.01;  ///< of the whole search, per effect added
+  double false_positive_rate = 0.01;  ///< of the whole search, per effect added; of plain friction 0.05
   int repetitions = 99;               ///< of the search on chance data
   double least_gain = 0.02;           ///< minimum share of the squared residual for an effect to be named
   std::uint64_t seed = 1;

@@ -44,6 +44,22 @@ constexpr double kAsGood = 0.8;
 constexpr double kPeriodsKnownTo = 0.1;
 using Indices = std::vector<Eigen::Index>;
 
+/// Probability by chance up to which plain friction is taken. Recordings of a few steady speeds have only a
+/// dozen independent stretches: chance then gives the signs of a constant torque once in some hundred draws,
+/// however clear the friction is.
+constexpr double kPlainChance = 0.05;
+
+/// Every drive has them: where the given model lacks one, it is a parameter with the value 0, no hypothesis
+/// among many.
+bool is_plain_friction(std::string_view effect) {
+  return effect == model::effects::Coulomb::kName || effect == model::effects::Viscous::kName;
+}
+
+double allowed_chance(std::string_view effect, const Options& options) {
+  return is_plain_friction(effect) ? std::max(kPlainChance, options.false_positive_rate)
+                                   : options.false_positive_rate;
+}
+
 Indices range(Eigen::Index from, Eigen::Index to) {
   Indices result(static_cast<std::size_t>(to - from));
   std::iota(result.begin(), result.end(), from);
@@ -119,14 +135,16 @@ class Round {
     return result;
   }
 
-  /// Probability that the search gains `gain` or more on chance data.
-  double p_value(double gain, const Options& options) {
+  /// Probability that chance data give as much as this outcome: to the whole search or, for plain friction,
+  /// to plain friction.
+  double p_value(const Outcome& outcome, const Options& options) {
     // The residual of the best hypothesis: otherwise its own effect would count as noise.
     ChanceData chance(least_left_, options.seed);
     return ChanceTest{.draw = [&chance] { return chance.draw(); },
-                      .most_gain = [this](const Eigen::VectorXd& draw) { return most_gain(draw); },
+                      .most_gain = [this, plain = is_plain_friction(outcome.effect)](
+                                       const Eigen::VectorXd& draw) { return most_gain(draw, plain); },
                       .repetitions = options.repetitions}
-        .p_value(gain);
+        .p_value(outcome.gain);
   }
 
   const BlockRegression::Fit& base() const noexcept { return base_; }
@@ -150,13 +168,16 @@ class Round {
     return bounds;
   }
   /// Gain of the best hypothesis on a target.
-  double most_gain(const Eigen::VectorXd& values) const {
+  double most_gain(const Eigen::VectorXd& values, bool of_plain_friction) const {
     const BlockRegression::Target target = regression_->target(values);
     const double base = regression_->held_out(target, base_columns_, base_bounds_);
     double most = 0;
-    for (const Candidate& candidate : dictionary_.candidates)
+    for (const Candidate& candidate : dictionary_.candidates) {
+      if (of_plain_friction && !is_plain_friction(candidate.effect)) continue;
       most = std::max(
           most, 1 - regression_->held_out(target, columns_of(candidate), bounds_of(candidate.bounds)) / base);
+    }
+    if (of_plain_friction) return most;
     const double periods = ripple_periods_per_rev(values, position_);
     return periods > 0 ? std::max(most, ripple(periods, values, base).gain) : most;
   }
@@ -366,7 +387,7 @@ bool replace_misnamed(SearchResult& result, const Rows& rows, const Training& tr
       continue;
     }
     Added added = added_of(rivals, *without, round.base(), 1);
-    added.p_value = round.p_value(added.gain, options);
+    added.p_value = round.p_value({.effect = added.effect, .gain = added.gain, .model = {}}, options);
     result.fitted = rivals.front().model;
     result.added.erase(result.added.begin() + static_cast<std::ptrdiff_t>(i));
     result.added.push_back(std::move(added));  // its effect is also the last one in the model
@@ -406,9 +427,9 @@ std::string reason_against(const Round::Outcome& outcome, const BlockRegression:
     return "takes away less than " + short_text(100 * options.least_gain) + " % of the squared residual";
   if (step >= kMaxEffects) return "as many effects as the search adds were found before it";
   if (outcome.gain * base.held_out < least_square) return "takes away less than the noise floor lets tell";
-  if (p > options.false_positive_rate)
+  if (const double allowed = allowed_chance(outcome.effect, options); p > allowed)
     return "chance gives the search as much: p is " + short_text(p) + " or more, allowed is " +
-           short_text(options.false_positive_rate);
+           short_text(allowed);
   if (outcome.effect == "cogging")
     return "its gain is not sure, or its periods a turn are not known to a tenth";
   if (outcome.effect == "backlash") return "its gain is not sure, or it takes less than half of what is left";
@@ -483,21 +504,29 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
                        outcomes.front().gain >= options.least_gain &&
                        outcomes.front().gain * round.base().held_out >= least_square;
     report(options, "trying the same on chance data", passed(0.2));
-    const double p_of_best = worth ? round.p_value(outcomes.front().gain, options) : 1;
+    std::map<std::string_view, double> p_of;  // of the effects whose chance was tried
+    const auto is_chance = [&](const Round::Outcome& outcome) {
+      if (!p_of.contains(outcome.effect)) p_of[outcome.effect] = round.p_value(outcome, options);
+      return p_of[outcome.effect] > allowed_chance(outcome.effect, options);
+    };
+    const auto plain = std::ranges::find_if(
+        outcomes, [](const Round::Outcome& outcome) { return is_plain_friction(outcome.effect); });
+    const bool is_tried =
+        worth && (!is_chance(outcomes.front()) ||
+                  (plain != outcomes.end() && plain->gain >= options.least_gain && !is_chance(*plain)));
     report(options, "fitting rivals", passed(0.4));
     std::vector<Rival> rivals;
-    if (worth && p_of_best <= options.false_positive_rate)
-      rivals = contest(result.fitted, outcomes, round.base(), rows, training, options);
+    if (is_tried) rivals = contest(result.fitted, outcomes, round.base(), rows, training, options);
     // The simplest rival gains less than the best outcome, and chance reaches a smaller gain more often. A
     // rival whose gain chance reaches too often is replaced by the next one.
-    double p = p_of_best;
-    while (!rivals.empty() && rivals.front().effect != outcomes.front().effect) {
-      p = round.p_value(std::ranges::find(outcomes, rivals.front().effect, &Round::Outcome::effect)->gain,
-                        options);
-      if (p <= options.false_positive_rate) break;
+    while (!rivals.empty() &&
+           is_chance(*std::ranges::find(outcomes, rivals.front().effect, &Round::Outcome::effect)))
       rivals.erase(rivals.begin());
-      p = p_of_best;
-    }
+    // Chance reaches a smaller gain at least as often.
+    const auto p_at_least = [&](const Round::Outcome& outcome) {
+      const auto tried = p_of.find(outcome.effect);
+      return tried != p_of.end() ? tried->second : worth ? p_of.at(outcomes.front().effect) : 1;
+    };
     if (rivals.empty() && replaced < kMaxReplaced && replace_misnamed(result, rows, training, options)) {
       ++replaced;
       choose_tail(result, rows, training);
@@ -508,10 +537,10 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
       for (const Round::Outcome& outcome : outcomes)
         result.rejected.push_back(
             {std::string(outcome.effect), std::max(0.0, outcome.gain),
-             reason_against(outcome, round.base(), additions, p_of_best, least_square, options)});
+             reason_against(outcome, round.base(), additions, p_at_least(outcome), least_square, options)});
       return result;
     }
-    result.added.push_back(added_of(rivals, result.fitted, round.base(), p));
+    result.added.push_back(added_of(rivals, result.fitted, round.base(), p_of[rivals.front().effect]));
     result.fitted = rivals.front().model;
     choose_tail(result, rows, training);
     drop_idle(result, rows, training, options.least_gain);
