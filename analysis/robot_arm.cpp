@@ -11,6 +11,7 @@
 #include "analysis/robot_tables.h"
 #include "identification/robot_gap/arm_motion.h"
 #include "identification/robot_gap/arm_subject.h"
+#include "identification/robot_gap/body_places.h"
 
 namespace analysis {
 namespace {
@@ -113,10 +114,6 @@ OpenedRobot open_arm(const RobotGapOptions& options) {
   ArmRecordings recordings = read_arm_recordings(base, options);
   OpenedRobot opened;
   opened.findings.data = std::move(recordings.data_files);
-  if (!recordings.held_out_files.empty())
-    opened.complete = [files = std::move(recordings.held_out_files)](RobotFindings& findings) {
-      findings.result.held_out = files;
-    };
   opened.warnings = std::move(recordings.warnings);
   auto subject =
       std::make_unique<ArmSubject>(base.arm, std::move(recordings.data), std::move(recordings.held_out),
@@ -134,6 +131,13 @@ OpenedRobot open_arm(const RobotGapOptions& options) {
     opened.warnings.push_back(fmt::format(
         "torques are compared up to {:.3g} Hz, not {:.3g}: the slowest recording has no more samples",
         subject->band_Hz(), base.band_Hz));
+  opened.complete = [files = std::move(recordings.held_out_files), given = base.arm,
+                     arm = subject.get()](RobotFindings& findings) {
+    if (!files.empty()) findings.result.held_out = files;
+    std::ranges::move(
+        identification::robot_gap::implausible_places(given, arm->changed(findings.result.changes)),
+        std::back_inserter(findings.result.notes));
+  };
   opened.model_text = [base = std::move(base), arm = subject.get()](const RobotFindings& findings,
                                                                     const fs::path& out) {
     return arm_model_text(base, *arm, findings, out);

@@ -11,6 +11,7 @@
 
 #include "control/arm_description.h"
 #include "identification/robot_gap/arm_subject.h"
+#include "identification/robot_gap/body_places.h"
 
 namespace arm_motion_test {
 namespace {
@@ -116,6 +117,22 @@ TEST(ArmSetAside, OnePartInFourIsHeldOutOfThoseTooShortToBeDivided) {
     EXPECT_EQ(std::string(error.what()).find("swing.csv: is too short to set a quarter of it aside"), 0U)
         << error.what();
   }
+}
+
+TEST(ArmBodies, ACentreOfMassBeyondTheReachOfItsLinkIsReported) {
+  control::ArmDescription given = pendulum();
+  given.arm.X_LT.translation().x() = 0.4;
+  control::ArmDescription changed = given;
+  changed.arm.links[0].inertia.p_LC_m.x() = 0.5;
+  changed.payload_kg = 0.1;
+  changed.p_TP_m = {0, 0, 0.3};
+  EXPECT_TRUE(identification::robot_gap::implausible_places(given, changed).empty());
+  changed.arm.links[0].inertia.p_LC_m.x() = -0.7;
+  changed.p_TP_m = {0, 0, 0.5};
+  const std::vector<std::string> found = identification::robot_gap::implausible_places(given, changed);
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0].find("arm would have its centre of mass 0.7 m from its joint swing"), 0U) << found[0];
+  EXPECT_EQ(found[1].find("the payload would have its centre of mass 0.5 m from the tip"), 0U) << found[1];
 }
 
 }  // namespace
