@@ -163,7 +163,7 @@ void Builder::friction() {
   if (!has<model::effects::QuadraticDrag>())
     add({"quadratic_drag",
          {column(friction_column([](double v) { return v * v; }))},
-         {Bounds{}},
+         {kNotNegative},
          [](const FittedModel& f, const Eigen::VectorXd& a) {
            return plus(f, "quadratic_drag", {{"coefficient_Nm_s2_per_rad2", a[0]}});
          }});

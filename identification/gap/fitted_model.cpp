@@ -32,6 +32,8 @@ constexpr int kMaxRounds = 20;
 /// Scale for an exponent of zero.
 constexpr double kExponentScale = 1;
 constexpr double kAtBound = 1e-3;
+/// Share of a period over the whole stroke by which the shape of a ripple may shift its periods.
+constexpr double kUnresolved = 0.25;
 /// The band does not resolve impacts, so the stiffness of flanks cannot be fitted. Their compliance looks
 /// like a wider gap: their frequency may be half or twice as high.
 constexpr std::string_view kFlank = "flank_Hz";
@@ -213,6 +215,8 @@ std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows
         free.lower = std::max(free.lower, -kMaxInertiaDecrease * given);
         free.upper = std::min(free.upper, kMaxInertiaIncrease * given);
       }
+      // Nothing is dragged along by the medium that it stirs. A given curve may bend down.
+      if (std::holds_alternative<model::effects::QuadraticDrag>(effect) && value >= 0) free.lower = 0;
       if (std::holds_alternative<model::effects::TorqueDeadband>(effect) && !measured)
         free.upper = std::min(free.upper, std::max(value, usual_command_Nm(rows.signals())));
       list.push_back(free);
@@ -335,6 +339,15 @@ Eigen::VectorXd moved_by_flanks(const FittedModel& fitted, const Rows& rows,
   return largest;
 }
 
+/// Error of the periods per turn of a ripple that is not one sine: the stroke tells orders apart from which a
+/// period more or less fits into it.
+double unresolved_periods(const FittedModel& fitted, const FreeParameter& p, const Rows& rows) {
+  if (p.kind != FreeParameter::Kind::kEffect || p.name != "periods_per_rev" ||
+      !std::holds_alternative<model::effects::Cogging>(fitted.model.effects[p.effect]))
+    return 0;
+  return kUnresolved * 2 * std::numbers::pi / std::max(widest_span_rad(rows.signals()), 1e-9);
+}
+
 }  // namespace
 
 std::vector<fit::Estimate> estimates(const FittedModel& fitted, const Rows& rows,
@@ -359,7 +372,7 @@ std::vector<fit::Estimate> estimates(const FittedModel& fitted, const Rows& rows
     if (found == seen.end()) {
       estimate.not_identifiable = "this data does not depend on it";
     } else {
-      const double half = half_widths[found - seen.begin()];
+      const double half = std::hypot(half_widths[found - seen.begin()], unresolved_periods(fitted, p, rows));
       estimate.lower = p.value - half;
       estimate.upper = p.value + half;
       if (at_the_end(p)) estimate.not_identifiable = "the fit runs to the end of the range it may have";

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <vector>
 
 namespace identification::gap {
 namespace gap_candidates_test {
@@ -76,6 +77,27 @@ TEST(Candidates, TheirColumnsAreWhatTheEffectsDo) {
                              "direction_asymmetry", "thermal_drift", "imbalance", "load_friction", "inertia",
                              "presliding", "backlash", "elasticity", "torque_deadband", "transport_delay"})
     EXPECT_TRUE(seen.contains(effect)) << effect;
+}
+
+// A friction curve that bends down is another cause: no medium drags the joint along.
+TEST(Candidates, ADragIsNeverNegative) {
+  FittedModel fitted{.model = {.name = "bench", .inertia_kg_m2 = 0.01}, .given_inertia_kg_m2 = 0.01};
+  const Source source = motion(false);
+  const std::vector<Signals> signals = {make_signals(source, choose_band({source}, fitted.model))};
+  const Rows rows(signals);
+  const Dictionary dictionary = make_dictionary(fitted, rows);
+  const auto drag = std::ranges::find(dictionary.candidates, "quadratic_drag", &Candidate::effect);
+  ASSERT_NE(drag, dictionary.candidates.end());
+  EXPECT_EQ(drag->bounds.front().lower, 0);
+  const auto lower_of = [&](double coefficient) {
+    fitted.model.effects = {
+        model::effects::make_effect("quadratic_drag", {{"coefficient_Nm_s2_per_rad2", coefficient}})};
+    const std::vector<FreeParameter> free = free_parameters(fitted, rows);
+    const auto own = std::ranges::find(free, "coefficient_Nm_s2_per_rad2", &FreeParameter::name);
+    return own == free.end() ? 1 : own->lower;
+  };
+  EXPECT_EQ(lower_of(1e-4), 0);
+  EXPECT_LT(lower_of(-1e-4), -1);  // of a given curve
 }
 
 }  // namespace gap_candidates_test

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <vector>
 
@@ -102,6 +103,44 @@ TEST(Estimates, WhatPullsAtALoadBehindAGapIsDetermined) {
   ASSERT_EQ(parameters.size(), 1U);
   // But for the time in which it flies.
   EXPECT_NEAR(prediction_jacobian(fitted, rows, parameters).mean(), 0.8, 0.2);
+}
+
+// Over two periods of a ripple, what else bends the torque moves its periods; over many it does not.
+TEST(Estimates, TheIntervalOfARipplesPeriodsIsNoNarrowerThanTheStrokeResolves) {
+  constexpr double kPeriods = 26;
+  FittedModel start{.model = {.name = "bench", .inertia_kg_m2 = 0.01}, .given_inertia_kg_m2 = 0.01};
+  start.model.effects = {
+      model::effects::make_effect("coulomb", {{"torque_Nm", 0.04}}),
+      model::effects::make_effect("viscous", {{"coefficient_Nm_s_per_rad", 0.005}}),
+      model::effects::make_effect("cogging", {{"amplitude_Nm", 0.01}, {"periods_per_rev", kPeriods}})};
+  for (const double stroke_rad : {0.5, 5.0}) {
+    Source source{.name = "stroke.csv", .recording = {}};
+    std::vector<double> time, torque, position;
+    const double rate = 1 / stroke_rad;
+    for (int i = 0; i < 20000; ++i) {
+      const double t = 1e-3 * i;
+      const double q = stroke_rad / 2 * std::sin(rate * t);
+      const double v = 0.5 * std::cos(rate * t);
+      time.push_back(t);
+      position.push_back(q);
+      torque.push_back(-0.01 * rate * rate * q + std::copysign(0.04, v) + 0.005 * v +
+                       0.01 * std::sin(kPeriods * q));
+    }
+    source.recording.columns = {{"time_s", time}, {"torque_measured_Nm", torque}, {"position_rad", position}};
+    const std::vector<Source> sources{source};
+    const std::vector<Signals> signals{make_signals(source, choose_band(sources, start.model))};
+    const Rows rows(signals);
+    std::vector<Eigen::Index> all(static_cast<std::size_t>(rows.count()));
+    std::iota(all.begin(), all.end(), 0);
+    const std::vector<fit::Estimate> found = estimates(refined(start, rows, all), rows, all);
+    const auto periods = std::ranges::find(found, "periods_per_rev", &fit::Estimate::name);
+    ASSERT_NE(periods, found.end());
+    // Half a period over the stroke.
+    const double resolved = std::numbers::pi / stroke_rad;
+    EXPECT_NEAR(periods->value, kPeriods, 0.1 * resolved) << stroke_rad;
+    EXPECT_GT(periods->upper - periods->lower, 0.99 * resolved) << stroke_rad;
+    EXPECT_LT(periods->upper - periods->lower, 1.5 * resolved) << stroke_rad;
+  }
 }
 
 }  // namespace gap_fitted_model_test
