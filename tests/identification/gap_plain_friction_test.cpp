@@ -7,8 +7,7 @@
 
 #include "identification/gap/search.h"
 
-namespace identification::gap {
-namespace gap_plain_friction_test {
+namespace identification::gap::gap_plain_friction_test {
 
 constexpr double kPeriod_s = 5e-3;
 constexpr double kInertia_kg_m2 = 1.2e-4;
@@ -68,5 +67,4 @@ TEST(PlainFriction, IsFoundInAFewSteadySpeedsWhateverTheDraws) {
   }
 }
 
-}  // namespace gap_plain_friction_test
-}  // namespace identification::gap
+}  // namespace identification::gap::gap_plain_friction_test
