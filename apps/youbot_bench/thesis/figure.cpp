@@ -13,10 +13,6 @@ double Comparison::difference_percent() const noexcept {
   return nearest == 0 ? kUnknown : 100 * (ours - nearest) / std::abs(nearest);
 }
 
-bool Comparison::must_agree() const noexcept {
-  return !printed->setting && !std::isnan(printed->within_percent);
-}
-
 bool Comparison::agrees() const noexcept {
   return std::abs(difference_percent()) <= printed->within_percent;  // false for NaN
 }

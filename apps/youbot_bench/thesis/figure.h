@@ -19,8 +19,7 @@ struct Comparison {
   /// Beyond the printed number, or the nearest end of the printed range: 0 within; NaN for zero, of which
   /// nothing is a percentage, and if we have no number.
   double difference_percent() const noexcept;
-  /// The same physics must give the same number.
-  bool must_agree() const noexcept;
+  /// Within its limit; with Printed::limited() only.
   bool agrees() const noexcept;
 };
 /// @throws std::logic_error as printed().

@@ -187,7 +187,7 @@ Figure rate_control() {
   Series fast{.name = "1 m/s, as printed", .x = {}, .y = {}};
   Series usual{.name = "by default", .x = {}, .y = {}};
   control::HapticMapping::Config as_printed;
-  as_printed.rate_speed_m_per_s = 1;
+  as_printed.rate_speed_m_per_s = printed_value("rate/thesis");
   const double printed = rate_speed_m_per_s(as_printed, fast);
   const double ours = rate_speed_m_per_s({}, usual);
   Figure figure{.number = "Section 3.4.3",

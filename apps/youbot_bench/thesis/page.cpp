@@ -16,12 +16,6 @@
 namespace youbot_bench::thesis {
 namespace {
 
-std::string printed_text(const Printed& printed) {
-  if (std::isinf(printed.to)) return fmt::format("{:.6g} or more", printed.from);
-  if (printed.from == printed.to) return fmt::format("{:.6g}", printed.from);
-  return fmt::format("{:.6g} to {:.6g}", printed.from, printed.to);
-}
-
 std::string ours_text(double ours) { return std::isfinite(ours) ? fmt::format("{:.5g}", ours) : "–"; }
 
 std::string difference_text(const Comparison& comparison) {
@@ -29,13 +23,27 @@ std::string difference_text(const Comparison& comparison) {
   return std::isfinite(percent) ? fmt::format("{:.3g}", std::abs(percent) < 0.005 ? 0.0 : percent) : "–";
 }
 
+const char* name(Kind kind) {
+  switch (kind) {
+    case kMayDiffer: return "may differ";
+    case kMustAgree: return "must agree";
+    case kSetting: return "setting";
+    case kByConstruction: return "by construction";
+  }
+  return "";
+}
+
 std::string verdict(const Comparison& comparison) {
   const Printed& printed = *comparison.printed;
-  if (printed.setting) return "taken from the thesis";
-  if (!comparison.must_agree()) return "may differ";
+  if (!printed.limited()) return name(printed.kind);
   const std::string limit =
       printed.within_percent > 0 ? fmt::format(" (limit {:g} %)", printed.within_percent) : "";
-  return (comparison.agrees() ? "agrees" : "DOES NOT AGREE") + limit;
+  if (!comparison.agrees()) return "DOES NOT AGREE" + limit;
+  return (printed.kind == kMustAgree ? "agrees" : name(printed.kind)) + limit;
+}
+
+std::string origin(const Printed& printed) {
+  return (printed.origin == kPrinted ? "printed in " : "criterion of ours for ") + std::string(printed.where);
 }
 
 /// Numbers with the same reason share a paragraph.
@@ -52,23 +60,16 @@ void add_reasons(report::Page& page, const Figure& figure) {
 
 void add_comparisons(report::Page& page, const Figure& figure) {
   if (figure.compared.empty()) return;
-  const std::string_view where = figure.compared.front().printed->where;
-  const bool one_place = std::ranges::all_of(
-      figure.compared, [&](const Comparison& comparison) { return comparison.printed->where == where; });
-  std::vector<report::Column> columns{{"what"}, {"unit"},          {"printed"},
-                                      {"ours"}, {"difference, %"}, {"verdict"}};
-  if (!one_place) columns.push_back({"printed in"});
   std::vector<report::Row> rows;
   for (const Comparison& comparison : figure.compared) {
     const Printed& printed = *comparison.printed;
     rows.push_back({std::string(printed.what),
                     printed.unit.empty() ? std::string("–") : std::string(printed.unit),
                     printed_text(printed), ours_text(comparison.ours), difference_text(comparison),
-                    verdict(comparison)});
-    if (!one_place) rows.back().emplace_back(std::string(printed.where));
+                    verdict(comparison), origin(printed)});
   }
-  page.table(columns, rows,
-             one_place ? "Printed in " + std::string(where) + ", and ours" : "Printed, and ours");
+  page.table({{"what"}, {"unit"}, {"thesis"}, {"ours"}, {"difference, %"}, {"verdict"}, {"origin"}}, rows,
+             "The thesis' numbers, and ours");
   add_reasons(page, figure);
 }
 
@@ -88,39 +89,67 @@ void add_not_made(report::Page& page) {
   page.table({{"figure or table"}, {"what it shows"}, {"reason"}}, rows);
 }
 
-std::string introduction(const Tally& all, bool selected) {
+std::string introduction(const Tally& print, const Tally& criteria, bool selected) {
+  const std::size_t outside = print.outside + criteria.outside;
   return fmt::format(
-      "{} numbers that the thesis prints stand beside ours{}. {} of them are settings that we take from "
-      "the thesis. Where the same physics or formula must give the same number, a limit is stated: {} of "
-      "{} agree. The others may differ, and the lines below each table say why.\n\n"
+      "{} numbers that the thesis prints stand beside ours{}:\n\n"
+      "{} must agree within a stated limit, because an experiment, an evaluation or a formula of ours could "
+      "miss them; {} of them do. {} are settings that we take from the thesis and read back, some at the end "
+      "of a run. {} agree by construction: they follow from other printed numbers, or what the thesis does "
+      "not print was chosen to give them. {} may differ, and the lines below each table say why.\n\n"
+      "{} more are criteria of ours, where the thesis prints words, a curve or a function and no number: "
+      "{} of {} that must agree do, {} hold by construction. {}\n\n"
       "Ours come from experiments on the simulated robot of the thesis (wheels with its published friction "
-      "curves, motors with its offset of 0.03 N·m, current without sign), in virtual time, when this page "
-      "was made. The thesis' raw measurements are not public. A simulation that was given a number of the "
-      "thesis returns it when the experiment and its evaluation are right; that is what such a row "
-      "shows.\n\n"
+      "curves, motors with its offset of {:g} N·m, current without sign), in virtual time, when this page "
+      "was made. The thesis' raw measurements are not public. Where the simulation was given a number of "
+      "the thesis and an evaluation estimates it again, the row shows that the evaluation is right, not "
+      "that the robot has that number.\n\n"
       "Source: M. Corberán Ruiz, Haptic teleoperation of the youBot with friction compensation for the "
       "base, Universidad Carlos III de Madrid and University of Twente, 2012.",
-      all.compared, selected ? " (some chapters only)" : "", all.settings, all.agree, all.must_agree);
+      print.compared, selected ? " (some chapters only)" : "", print.must_agree, print.agree, print.settings,
+      print.by_construction, print.may_differ, criteria.compared, criteria.agree, criteria.must_agree,
+      criteria.by_construction,
+      outside == 0 ? "None is beyond its limit." : fmt::format("{} of all are beyond their limit.", outside),
+      printed_value("ramp/offset"));
+}
+
+nlohmann::json counts(const Tally& all) {
+  return {
+      {"compared", all.compared}, {"must_agree", all.must_agree},           {"agree", all.agree},
+      {"settings", all.settings}, {"by_construction", all.by_construction}, {"may_differ", all.may_differ},
+      {"outside", all.outside}};
 }
 
 }  // namespace
 
-Tally tally(std::span<const Figure> figures) {
+std::string printed_text(const Printed& printed) {
+  if (std::isinf(printed.to)) return fmt::format("{:.6g} or more", printed.from);
+  if (printed.from == printed.to) return fmt::format("{:.6g}", printed.from);
+  return fmt::format("{:.6g} to {:.6g}", printed.from, printed.to);
+}
+
+Tally tally(std::span<const Figure> figures, Origin origin) {
   Tally all;
   for (const Figure& figure : figures)
     for (const Comparison& comparison : figure.compared) {
+      const Printed& printed = *comparison.printed;
+      if (printed.origin != origin) continue;
       ++all.compared;
-      if (comparison.printed->setting) ++all.settings;
-      if (!comparison.must_agree()) continue;
-      ++all.must_agree;
-      if (comparison.agrees()) ++all.agree;
+      switch (printed.kind) {
+        case kMayDiffer: ++all.may_differ; break;
+        case kMustAgree: ++all.must_agree; break;
+        case kSetting: ++all.settings; break;
+        case kByConstruction: ++all.by_construction; break;
+      }
+      if (printed.kind == kMustAgree && comparison.agrees()) ++all.agree;
+      if (printed.limited() && !comparison.agrees()) ++all.outside;
     }
   return all;
 }
 
 report::Page page_of(std::span<const Figure> figures, bool selected) {
   report::Page page("The thesis' figures and tables, printed and made again");
-  page.text(introduction(tally(figures), selected));
+  page.text(introduction(tally(figures, kPrinted), tally(figures, kCriterion), selected));
   for (const Figure& figure : figures) add(page, figure);
   add_not_made(page);
   return page;
@@ -143,18 +172,16 @@ nlohmann::json json_of(std::span<const Figure> figures) {
                           {"printed_to", number(printed.to)},
                           {"ours", number(comparison.ours)},
                           {"difference_percent", number(comparison.difference_percent())},
-                          {"setting", printed.setting},
-                          {"within_percent", number(printed.within_percent)},
+                          {"kind", name(printed.kind)},
+                          {"criterion_of_ours", printed.origin == kCriterion},
                           {"why", comparison.why}};
-      each["agrees"] =
-          comparison.must_agree() ? nlohmann::json(comparison.agrees()) : nlohmann::json(nullptr);
+      each["within_percent"] =
+          printed.limited() ? nlohmann::json(printed.within_percent) : nlohmann::json(nullptr);
+      each["agrees"] = printed.limited() ? nlohmann::json(comparison.agrees()) : nlohmann::json(nullptr);
       json["numbers"].push_back(std::move(each));
     }
-  const Tally all = tally(figures);
-  json["compared"] = all.compared;
-  json["settings"] = all.settings;
-  json["must_agree"] = all.must_agree;
-  json["agree"] = all.agree;
+  json["printed"] = counts(tally(figures, kPrinted));
+  json["criteria"] = counts(tally(figures, kCriterion));
   return json;
 }
 

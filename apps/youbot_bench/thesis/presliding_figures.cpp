@@ -34,6 +34,11 @@ using report::Style;
 const report::Axis kAngle{"displacement", "rad"};
 const report::Axis kTorqueAxis{"torque", "N·m"};
 
+constexpr const char* kGivenOffset =
+    "The simulated motor was given the printed offset; this is what the sensor shows.";
+constexpr const char* kPrintedOnly =
+    "From the printed torque and displacement, by the formula of the experiment.";
+
 double mean(const std::vector<double>& values) { return fits::mean_of(values).mean; }
 
 FigureTable table_of(const Findings& findings) {
@@ -77,24 +82,23 @@ Figure ramp_figure(const MeasuredExperiment& measured) {
                 .text =
                     "Wheel 1 of the thesis' robot. The motor gives its offset from the first command on, "
                     "and follows the command once that is larger, as printed."};
-  figure.compared = {
-      compare("ramp/offset", delivered_below_offset_Nm(measured),
-              "The simulated motor was given the printed offset; this is what the sensor shows.")};
+  figure.compared = {compare("ramp/offset", delivered_below_offset_Nm(measured), kGivenOffset)};
   figure.plots = over_time(measured, "figure 18");
   return figure;
 }
 
-/// σ0 = τ1/x1 of the printed torques.
+/// σ0 = τ1/x1 of the printed torques. The first ramp has the larger ones.
 void add_printed_ramps(Figure& figure) {
-  constexpr std::array<std::array<const char*, 2>, 2> kKeys{
-      {{"table 5/first, command", "table 5/first, real"},
-       {"table 5/second, command", "table 5/second, real"}}};
-  for (std::size_t i = 0; i < kPrintedRamps.size(); ++i) {
+  const Printed& command = printed("table 5/command");
+  const Printed& real = printed("table 5/real");
+  const auto add = [&](const char* key, double torque_Nm) {
     figure.compared.push_back(compare(
-        kKeys[i][0], presliding_stiffness_Nm_per_rad(kPrintedRamps[i].command_Nm, kPrintedFirstStep_rad)));
-    figure.compared.push_back(compare(
-        kKeys[i][1], presliding_stiffness_Nm_per_rad(kPrintedRamps[i].real_Nm, kPrintedFirstStep_rad)));
-  }
+        key, presliding_stiffness_Nm_per_rad(torque_Nm, printed_value("table 5/step")), kPrintedOnly));
+  };
+  add("table 5/first, command", command.to);
+  add("table 5/first, real", real.to);
+  add("table 5/second, command", command.from);
+  add("table 5/second, real", real.from);
 }
 
 Figure ramp_table(const MeasuredExperiment& offset, const MeasuredExperiment& clean) {
@@ -108,8 +112,9 @@ Figure ramp_table(const MeasuredExperiment& offset, const MeasuredExperiment& cl
                                     "command. Without it the slope over the steps that follow gives {:.0f} "
                                     "N·m/rad, the stiffness of the simulated contact. σ0 = τ1/x1 uses the "
                                     "first step alone, and where in a step of the encoder the wheel rested "
-                                    "is not known: the printed values scatter from 156 to 377.",
-                                    mean(slopes))};
+                                    "is not known: the printed values scatter from {:g} to {:g}.",
+                                    mean(slopes), printed_value("table 5/second, real"),
+                                    printed_value("table 5/first, command"))};
   add_printed_ramps(figure);
   constexpr const char* kStep =
       "One step of an encoder of 4000 ticks behind a gear of 25.838; the thesis prints positions with four "
@@ -126,11 +131,14 @@ Figure ramp_table(const MeasuredExperiment& offset, const MeasuredExperiment& cl
               "As above, and the low-pass of the measured torque has not settled yet."));
   figure.compared.push_back(compare(
       "ramp/stiffness", mean(slopes),
-      "Without the offset. The simulated contact was given the thesis' choice: the experiment returns it."));
+      "Without the offset. The simulated contact was given the thesis' choice; the experiment estimates it "
+      "from encoder steps and measured torques, and could miss it."));
   figure.compared.push_back(compare(
-      "ramp/damping", presliding_damping_Nm_s_per_rad(kImpliedInertia_kg_m2, 250),
-      "With J = 1.61e-3 kg·m², which the printed number implies: about the wheel alone. With the rotor "
-      "through the gear J is 1.06e-2 kg·m² and σ1 = 0.33 N·m·s/rad."));
+      "ramp/damping",
+      presliding_damping_Nm_s_per_rad(implied_inertia_kg_m2(), printed_value("ramp/stiffness")),
+      fmt::format("With J = {:.3g} kg·m², which follows from the printed number: about the wheel alone. With "
+                  "the rotor through the gear J is 1.06e-2 kg·m² and σ1 = 0.33 N·m·s/rad.",
+                  implied_inertia_kg_m2())));
   figure.tables = {table_of(torque_ramp_findings(offset)), table_of(torque_ramp_findings(clean))};
   return figure;
 }
@@ -147,8 +155,8 @@ Figure theoretical_dahl_curve(const MeasuredExperiment& clean) {
                     "with LuGre's law it is the narrow loop of the last plot."};
   figure.compared = {compare("dahl/stiffness", stiffness,
                              "A loop of few encoder steps: the interval in the table is that of their "
-                             "edges. The simulated contact has the printed 250 N·m/rad, which the thesis "
-                             "took from its ramp.")};
+                             "edges. The simulated contact has the stiffness that the thesis took from its "
+                             "ramp; the slope is estimated and could miss it.")};
   figure.tables = {table_of(findings)};
   figure.plots = findings.plots;
   constexpr std::array<double, 6> kTurns_rad{0, 2e-4, -2e-4, 2e-4, -2e-4, 2e-4};
@@ -187,10 +195,11 @@ Figure spoiled_dahl_curve(const MeasuredExperiment& offset) {
       .number = "Figure 20",
       .caption = "Dahl's curve as the youBot shows it",
       .text =
-          "The same experiment on the thesis' robot: about zero the motor gives ±0.03 N·m, and the centre "
-          "of the loop becomes a rectangle, as printed. The sensor reports the current without its sign; "
+          "The same experiment on the thesis' robot: about zero the motor gives its offset with either sign, "
+          "and the centre of the loop becomes a rectangle, as printed. The sensor reports the current "
+          "without its sign; "
           "the first plot gives it that of the command, as the thesis' plot has it."};
-  figure.compared = {compare("dahl/offset", delivered_below_offset_Nm(offset)),
+  figure.compared = {compare("dahl/offset", delivered_below_offset_Nm(offset), kGivenOffset),
                      compare("dahl/displacement", highest - lowest)};
   figure.text += " " + findings.title + ".";
   figure.tables = {table_of(findings)};
@@ -203,7 +212,7 @@ Figure spoiled_dahl_curve(const MeasuredExperiment& offset) {
 FigureTable dynamic_fit(const MeasuredExperiment& measured) {
   const model::friction::Kfm::Parameters table_4;
   const fits::PreslidingFit fit = fits::fit_presliding(
-      measured.joints.at(0).rows, {.inertia_kg_m2 = kImpliedInertia_kg_m2, .sliding = table_4});
+      measured.joints.at(0).rows, {.inertia_kg_m2 = implied_inertia_kg_m2(), .sliding = table_4});
   FigureTable table{.caption = "Fit of LuGre's σ0 and σ1 to this recording (figures 21 and 22)",
                     .columns = {{"parameter"}, {"value"}, {"95 %, from"}, {"to"}, {"why there is no number"}},
                     .rows = {}};
@@ -266,7 +275,7 @@ Figure positive_torque(const Workshop& workshop) {
 
 std::vector<Figure> presliding(const Workshop& workshop) {
   const Wheels clean = workshop.robot_without_offset();
-  const TorqueRampConfig ramp{.inertia_kg_m2 = kImpliedInertia_kg_m2, .repeats = 1};
+  const TorqueRampConfig ramp{.inertia_kg_m2 = implied_inertia_kg_m2(), .repeats = 1};
   const MeasuredExperiment ramps = workshop.measure("figure-18", workshop.thesis_robot(), ramp, "wheel-1");
   const MeasuredExperiment clean_ramps = workshop.measure("table-5", clean, ramp, "wheel-1");
   std::vector<Figure> figures{ramp_figure(ramps), ramp_table(ramps, clean_ramps)};

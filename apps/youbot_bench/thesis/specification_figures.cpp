@@ -1,4 +1,6 @@
 // Tables 1 and 2: the makers' data beside what control and simulation use.
+#include <spdlog/fmt/fmt.h>
+
 #include <numbers>
 #include <string>
 #include <vector>
@@ -6,6 +8,7 @@
 #include "apps/youbot_bench/thesis/chapters.h"
 #include "control/rate_boundary.h"
 #include "control/robot_model.h"
+#include "control/teleoperation.h"
 #include "hal/youbot_axes.h"
 #include "operation/config.h"
 #include "runtime/open_haptic.h"
@@ -43,10 +46,15 @@ Figure youbot() {
       .number = "Table 2",
       .caption = "Data of the youBot",
       .text = "Beside them the robot description in control/youbot.urdf and the axes in hal/youbot_axes.h."};
+  // Table 2 counts from the upright arm, the description from the end stop at which homing ends.
+  const control::ArmVector upright_rad = control::Teleoperation::Config{}.unfolded_rad;
   const auto ranges = control::RobotModel().ranges();
-  for (std::size_t i = 0; i < ranges.size(); ++i)
-    figure.compared.push_back(compare("youbot/range " + std::to_string(i + 1),
-                                      kDegrees * (ranges[i].upper_rad - ranges[i].lower_rad)));
+  for (std::size_t i = 0; i < ranges.size(); ++i) {
+    const std::string joint = fmt::format("youbot/joint {}, ", i + 1);
+    const double from_rad = upright_rad[static_cast<Eigen::Index>(i)];
+    figure.compared.push_back(compare(joint + "lower", kDegrees * (ranges[i].lower_rad - from_rad)));
+    figure.compared.push_back(compare(joint + "upper", kDegrees * (ranges[i].upper_rad - from_rad)));
+  }
   figure.compared.push_back(compare("youbot/arm speed", kDegrees * hal::kArmSpeedLimit_rad_per_s));
   figure.compared.push_back(compare(
       "youbot/base speed", hal::kWheelAxis.speed_limit_rad_per_s * control::BaseGeometry{}.wheel_radius_m,

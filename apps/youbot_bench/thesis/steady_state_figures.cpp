@@ -326,11 +326,12 @@ Figure low_speed_fit(const Workshop& workshop, const std::vector<fits::StaticMap
                                     "from what is printed: below 1 rad/s appendix A's curve of wheel 1 and "
                                     "the kinetic friction model with table 4 are {:.1f} mN·m rms apart, "
                                     "{:.0f} % of the friction there. The curve has a peak of {:.4f} N·m "
-                                    "near rest, the model goes up to Fs = 0.0898. The first table has the "
+                                    "near rest, the model goes up to Fs = {:.4f}. The first table has the "
                                     "fit to the points of figure 15. The second one shows that the method "
                                     "is right: on a simulated wheel whose friction is that of table 4, the "
                                     "same experiment and the same fit return table 4.",
-                                    1e3 * apart().rms_Nm, 100 * apart().share, apart().peak_Nm)};
+                                    1e3 * apart().rms_Nm, 100 * apart().share, apart().peak_Nm,
+                                    printed_value("table 4/Fs"))};
   constexpr const char* kWhy =
       "Fitted to a simulation of the published curve, not to the points behind table 4.";
   FigureTable returned{.caption = "The method on a wheel that has table 4",

@@ -99,7 +99,7 @@ Figure start_up(const Workshop& workshop) {
   PhaseSpans phases;
   operation::TimeTrace trace(3);
   double centring_N_per_m = std::nan("");
-  Vector3d first_setpoint_m = Vector3d::Constant(std::nan(""));
+  Vector3d approach_end_m = Vector3d::Constant(std::nan(""));
   std::vector<double> stiffness;  // of each cycle from the coupling on
   const auto keep = [&](const TeleopRecord& record) {
     phases.add(record);
@@ -111,7 +111,7 @@ Figure start_up(const Workshop& workshop) {
       centring_N_per_m = vector_of(record.held_force_H_N).norm() / off_m;
     if (record.time > 3s && rig.hand().holds() && record.phase == TeleopPhase::kCentring)
       rig.hand().hold_at(Vector3d::Zero());
-    if (record.phase == TeleopPhase::kApproaching) first_setpoint_m = vector_of(record.setpoint_p_WT_m);
+    if (record.phase == TeleopPhase::kApproaching) approach_end_m = vector_of(record.setpoint_p_WT_m);
     if (record.phase >= TeleopPhase::kStiffening) stiffness.push_back(record.stiffness_N_per_m);
   };
   rig.run_until(TeleopPhase::kOperating, 90s, keep);
@@ -136,9 +136,9 @@ Figure start_up(const Workshop& workshop) {
       static_cast<double>(std::ranges::count_if(stiffness, [&](double k) { return k < stiffness.back(); }));
   figure.compared = {
       compare("start/centring", centring_N_per_m),
-      compare("start/x", first_setpoint_m.x(),
+      compare("start/x", approach_end_m.x(),
               "At the end of the approach the set-point moves to where the end effector rests."),
-      compare("start/z", first_setpoint_m.z(), "As above."),
+      compare("start/z", approach_end_m.z(), "As above."),
       compare("start/soft", stiffness.empty() ? std::nan("") : stiffness.front()),
       compare("start/stiff", stiffness.empty() ? std::nan("") : stiffness.back()),
       compare("start/rise", stiffness.empty() ? std::nan("") : (stiffness.back() - stiffness.front()) / full),

@@ -1,5 +1,6 @@
 // Figures 3 to 13: the friction laws that the thesis describes, with the values of its table 4 and 2.5.2.
-#include <algorithm>
+#include <spdlog/fmt/fmt.h>
+
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -45,10 +46,12 @@ Figure regimes() {
   Figure figure{
       .number = "Figure 3",
       .caption = "Pre-sliding, break-away and sliding, at three rates",
-      .text =
-          "LuGre's law with the values of table 4, σ0 = 250 N·m/rad and σ1 = 0.127 N·m·s/rad, from rest "
-          "with three accelerations: the faster, the lower the break-away. The thesis' figure is another "
-          "author's, in arbitrary units: nothing to compare."};
+      .text = fmt::format(
+          "LuGre's law with the values of table 4, σ0 = {:g} N·m/rad and σ1 = {:g} N·m·s/rad, from rest with "
+          "three accelerations: the faster, the lower the break-away. The thesis' figure is another "
+          "author's, "
+          "in arbitrary units: nothing to compare.",
+          printed_value("ramp/stiffness"), printed_value("ramp/damping"))};
   Plot plot{.title = "Friction over displacement", .x = kDisplacementAxis, .y = kFrictionAxis, .series = {}};
   constexpr double kWay_rad = 0.01;
   for (const double acceleration : {0.1, 1.0, 10.0}) {
@@ -176,19 +179,16 @@ Figure threshold() {
 Figure dahl_law() {
   Figure figure{.number = "Figure 11",
                 .caption = "Friction over displacement by Dahl's law",
-                .text = "Fc = 0.03718 N·m and σ0 = 250 N·m/rad; the exponent α shapes the bend."};
+                .text = fmt::format("Fc = {:g} N·m and σ0 = {:g} N·m/rad; the exponent α shapes the bend.",
+                                    printed_value("table 4/Fc"), printed_value("ramp/stiffness"))};
   Plot plot{.title = "Friction over displacement", .x = kDisplacementAxis, .y = kFrictionAxis, .series = {}};
   constexpr std::array<double, 4> kThereAndBack_rad{0, 1e-3, -1e-3, 1e-3};
-  double largest = 0;
   for (const double exponent : {0.5, 1.0, 2.0}) {
     const AnyLaw law = make_law("dahl", {{"exponent", exponent}});
     const LawSweep swept = through(law, kThereAndBack_rad, kSlow_rad_per_s, kStep_s);
-    for (const double torque : swept.torque_Nm)
-      largest = std::max(largest, std::abs(torque) / law.parameter("coulomb_Nm"));
     plot.series.push_back(torque_over_way("α = " + runtime::number_text(exponent), swept));
   }
   figure.plots = {plot};
-  figure.compared = {compare("dahl/level", largest)};
   return figure;
 }
 

@@ -8,7 +8,9 @@
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <stdexcept>
+#include <system_error>
 
 #include "apps/youbot_bench/thesis/chapters.h"
 #include "apps/youbot_bench/thesis/page.h"
@@ -49,18 +51,32 @@ void require_usable(const std::filesystem::path& out) {
 }
 
 void print_result(const ThesisOptions& options, const std::vector<Figure>& figures) {
-  const Tally all = tally(figures);
+  const Tally print = tally(figures, kPrinted);
+  const Tally criteria = tally(figures, kCriterion);
   std::printf("%zu figures and tables, %zu printed numbers beside ours; %zu of the %zu that must agree do\n",
-              figures.size(), all.compared, all.agree, all.must_agree);
+              figures.size(), print.compared, print.agree, print.must_agree);
+  std::printf("taken from the thesis: %zu, by construction: %zu, may differ: %zu\n", print.settings,
+              print.by_construction, print.may_differ);
+  std::printf("criteria of ours: %zu; %zu of the %zu that must agree do\n", criteria.compared, criteria.agree,
+              criteria.must_agree);
   std::printf("report: %s\n", (options.out / "report.html").c_str());
 }
 
-void warn_of_disagreement(const std::vector<Figure>& figures) {
+void report_disagreement(const std::vector<Figure>& figures) {
   for (const Figure& figure : figures)
     for (const Comparison& comparison : figure.compared)
-      if (comparison.must_agree() && !comparison.agrees())
-        spdlog::warn("{}: {}: printed {}, ours {}", comparison.printed->where, comparison.printed->what,
-                     comparison.printed->from, comparison.ours);
+      if (comparison.printed->limited() && !comparison.agrees())
+        spdlog::error("{} does not agree: {}: thesis {}, ours {:g} {}", comparison.printed->key,
+                      comparison.printed->what, printed_text(*comparison.printed), comparison.ours,
+                      comparison.printed->unit);
+}
+
+/// The directory was missing or empty before the run: what is in it is the run's.
+void remove_made(const std::filesystem::path& out, bool with_directory) {
+  std::error_code ignored;
+  for (const auto& made : std::filesystem::directory_iterator(out, ignored))
+    std::filesystem::remove_all(made.path(), ignored);
+  if (with_directory) std::filesystem::remove(out, ignored);
 }
 
 }  // namespace
@@ -92,16 +108,24 @@ std::vector<Figure> make_figures(const ThesisOptions& options) {
   return figures;
 }
 
+int exit_code(std::span<const Figure> figures) {
+  const std::size_t outside = tally(figures, kPrinted).outside + tally(figures, kCriterion).outside;
+  return outside == 0 ? runtime::kExitOk : runtime::kExitDisagreement;
+}
+
 int thesis(const ThesisOptions& options) {
+  const bool is_new = !std::filesystem::exists(options.out);
   try {
     const std::vector<Figure> figures = make_figures(options);
     page_of(figures, !options.chapters.empty()).write(options.out / "report.html");
     runtime::write_whole_file(options.out / "thesis.json", json_of(figures).dump(2) + "\n");
-    warn_of_disagreement(figures);
+    report_disagreement(figures);
     if (!options.quiet) print_result(options, figures);
-    return runtime::kExitOk;
+    return exit_code(figures);
   } catch (const Stopped&) {
-    spdlog::info("stopped on request, nothing to compare");
+    remove_made(options.out, is_new);
+    spdlog::info("stopped on request, nothing to compare; {} is removed",
+                 is_new ? options.out.string() : "what was in " + options.out.string());
     return runtime::kExitInterrupted;
   }
 }
@@ -113,9 +137,12 @@ Subcommand add_thesis(CLI::App& app) {
   CLI::App* const command = app.add_subcommand(
       "thesis", "make the figures and tables of the thesis again, in simulation, beside its printed numbers");
   command->footer(
-      "Writes OUT/report.html, OUT/thesis.json with the compared numbers, and the recordings of each "
-      "figure. Everything runs on the thesis' simulated robot in virtual time, in about a minute.\nExit "
-      "codes: 0 done, 130 interrupted, 2 usage, 3 disk.");
+      "Writes OUT/report.html, OUT/thesis.json with the compared numbers, and the recordings of the "
+      "experiments, "
+      "each in a directory named after its figure. Everything runs on the thesis' simulated robot in virtual "
+      "time, in about half a minute. Ctrl-C removes what was written.\nExit codes: 0 done, 1 done, but a "
+      "number "
+      "that must agree does not, 130 interrupted, 2 usage, 3 disk.");
   command->add_option("--out", options->out, "directory for the report and the recordings")->required();
   command
       ->add_option("--chapters", options->chapters,

@@ -3,6 +3,7 @@
 /// beside the printed numbers.
 #pragma once
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,11 @@ struct ThesisOptions {
 /// chapter or a directory with something in it; hal::SetupError if it cannot be written.
 std::vector<Figure> make_figures(const ThesisOptions& options);
 
-/// Also writes `out`/report.html and thesis.json, and prints what agrees. Returns the exit code.
+/// runtime::kExitDisagreement if a number lies beyond its limit, else kExitOk.
+int exit_code(std::span<const Figure> figures);
+
+/// Also writes `out`/report.html and thesis.json, and prints what agrees. Removes what it wrote when the
+/// program is asked to end. Returns the exit code.
 int thesis(const ThesisOptions& options);
 
 }  // namespace youbot_bench::thesis
