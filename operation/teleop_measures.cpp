@@ -8,10 +8,6 @@
 namespace operation {
 namespace {
 
-Eigen::Vector3d vector_of(const std::array<double, 3>& values) noexcept {
-  return Eigen::Vector3d(values.data());
-}
-
 void add_end(TeleopMeasures::End& end, const Eigen::Vector3d& p_m, double force_N, double period_s) noexcept {
   for (std::size_t i = 0; i < 3; ++i) end.p_m[i].add(p_m[static_cast<Eigen::Index>(i)]);
   end.largest_force_N = std::max(end.largest_force_N, force_N);
@@ -94,9 +90,10 @@ void TeleopMeasures::add(const TeleopRecord& record) noexcept {
   const bool known = std::isfinite(record.contact_force_W_N[0]);
   largest_contact_N_ = std::max(
       largest_contact_N_, vector_of(known ? record.contact_force_W_N : record.contact_estimate_W_N).norm());
-  largest_stiffness_N_per_m_ =
-      std::max(largest_stiffness_N_per_m_,
-               record.stiffness_N_per_m * config_.mapping.motion_scale / config_.feedback.force_scale);
+  force_scale_.add(record.force_scale);
+  motion_scale_.add(record.motion_scale);
+  largest_stiffness_N_per_m_ = std::max(largest_stiffness_N_per_m_,
+                                        record.stiffness_N_per_m * record.motion_scale / record.force_scale);
   const double step_N = (force_N - last_force_N_).norm();
   largest_step_N_ = std::max(largest_step_N_, step_N);
   if (hand_N > human::kForceResolution_N) {

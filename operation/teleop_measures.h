@@ -88,6 +88,9 @@ class TeleopMeasures {
   double rough_share() const noexcept;
   double largest_force_step_N() const noexcept { return largest_step_N_; }
   double largest_felt_stiffness_N_per_m() const noexcept { return largest_stiffness_N_per_m_; }
+  /// As they were set: an operator may change them during operation.
+  const Range& force_scale() const noexcept { return force_scale_; }
+  const Range& motion_scale() const noexcept { return motion_scale_; }
   const std::array<VibrationBand, 3>& bands() const noexcept { return bands_; }
   const control::Teleoperation::Config& config() const noexcept { return config_; }
 
@@ -95,6 +98,8 @@ class TeleopMeasures {
   control::Teleoperation::Config config_;
   End hand_;
   End robot_;
+  Range force_scale_;
+  Range motion_scale_;
   double largest_contact_N_ = 0.0;
   double largest_stiffness_N_per_m_ = 0.0;
   double largest_step_N_ = 0.0;

@@ -51,6 +51,12 @@ void add_qualities(report::Page& page, const TeleopMeasures& measures, const std
       "Qualitative measures, while the hand moved the robot");
 }
 
+/// As set in operation: "10", or "5 to 10" if it was changed.
+std::string scale_text(const TeleopMeasures::Range& scale) {
+  if (scale.length() > 0) return fmt::format("{:g} to {:g}", scale.lowest, scale.highest);
+  return fmt::format("{:g}", scale.lowest);
+}
+
 std::string force_ratio(const TeleopMeasures& measures) {
   const double hand_N = measures.hand().largest_force_N;
   return hand_N > 0 ? fmt::format("{:.1f}", measures.robot().largest_force_N / hand_N) : "–";
@@ -66,17 +72,16 @@ void add_match(report::Page& page, const TeleopMeasures& measures) {
     rows.push_back({std::string(kAxes[i]), 1e3 * hand_m, 100 * hand_m / whole_m[i], 1e3 * robot_m,
                     hand_m > 0 ? robot_m / hand_m : std::nan("")});
   }
-  page.table(
-      {{"axis"},
-       {"range of the handle", "mm", 1},
-       {"of its range in position control", "%", 0},
-       {"range of the end effector", "mm", 1},
-       {"end effector over handle", "", 2}},
-      rows,
-      fmt::format("Match of the workspaces. Position control alone gives {:g}; rate control gives more. "
-                  "Peak force of the robot over that of the hand: {}, scale {:g}",
-                  measures.config().mapping.motion_scale, force_ratio(measures),
-                  measures.config().feedback.force_scale));
+  page.table({{"axis"},
+              {"range of the handle", "mm", 1},
+              {"of its range in position control", "%", 0},
+              {"range of the end effector", "mm", 1},
+              {"end effector over handle", "", 2}},
+             rows,
+             fmt::format("Match of the workspaces. Position control alone gives {}; rate control gives more. "
+                         "Peak force of the robot over that of the hand: {}, scale {}",
+                         scale_text(measures.motion_scale()), force_ratio(measures),
+                         scale_text(measures.force_scale())));
 }
 
 std::string met(bool yes) { return yes ? "met" : "not met"; }
@@ -86,17 +91,18 @@ void add_human_limits(report::Page& page, const TeleopMeasures& measures) {
   const double stiffness = measures.largest_felt_stiffness_N_per_m();
   const double limit_N = measures.config().feedback.force_limit_N;
   std::vector<report::Row> rows{
-      {std::string("smooth force: steps below 7 % of it"),
+      {fmt::format("smooth force: steps below {:g} % of it", 100 * human::kForceShare),
        fmt::format("{:.2g} % of the cycles step further", 100 * measures.rough_share()),
-       met(measures.rough_share() == 0), std::string("forces above 0.36 N")},
-      {std::string("resolution of the force: 0.36 N"),
+       met(measures.rough_share() == 0), fmt::format("forces above {:g} N", human::kForceResolution_N)},
+      {fmt::format("resolution of the force: {:g} N", human::kForceResolution_N),
        fmt::format("largest step of a cycle {:.2g} N", step_N), met(step_N <= human::kForceResolution_N),
        std::string("what a hand can hold")},
-      {std::string("largest force: 16.5 N (finger) to 102.3 N (shoulder)"),
+      {fmt::format("largest force: {:g} N (finger) to {:g} N (shoulder)", human::kWeakestForce_N,
+                   human::kStrongestForce_N),
        fmt::format("limited to {:g} N", limit_N), met(limit_N >= human::kWeakestForce_N),
        std::string("a hand can press harder than the device")},
-      {std::string("hard objects: 242 N/cm"), fmt::format("{:.2g} N/cm", 1e-2 * stiffness),
-       met(stiffness >= human::kHardStiffness_N_per_m),
+      {fmt::format("hard objects: {:g} N/cm", 1e-2 * human::kHardStiffness_N_per_m),
+       fmt::format("{:.2g} N/cm", 1e-2 * stiffness), met(stiffness >= human::kHardStiffness_N_per_m),
        std::string("stiffness of the coupling over the force scale")}};
   for (const VibrationBand& band : measures.bands()) {
     const double felt_m = human::smallest_felt_vibration_m(band.centre_Hz());
@@ -117,6 +123,12 @@ void add_human_limits(report::Page& page, const TeleopMeasures& measures) {
 void add_measures(report::Page& page, const TeleopMeasures& measures, const std::vector<TaskReport>& tasks) {
   if (measures.operating_s() == 0) return;
   page.heading("Performance");
+  add_measure_tables(page, measures, tasks);
+}
+
+void add_measure_tables(report::Page& page, const TeleopMeasures& measures,
+                        const std::vector<TaskReport>& tasks) {
+  if (measures.operating_s() == 0) return;
   add_qualities(page, measures, tasks);
   add_match(page, measures);
   add_human_limits(page, measures);

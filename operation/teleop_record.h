@@ -1,6 +1,7 @@
 /// @file
 /// All data of one cycle of teleoperation.
 #pragma once
+#include <Eigen/Core>
 #include <array>
 #include <chrono>
 #include <cstdint>
@@ -33,6 +34,8 @@ struct TeleopRecord {
   std::array<double, 3> contact_estimate_W_N{};               ///< from the torques of the arm
   std::array<double, 3> base_W{};                             ///< odometry: x, y, yaw
   double stiffness_N_per_m = 0.0;
+  double force_scale = kNaN;   ///< set now: force on the end effector over force on the hand
+  double motion_scale = kNaN;  ///< set now: end effector displacement over handle displacement
   std::array<double, 3> spring_W_N{};
   std::array<double, 6> wrench_W{};
   std::array<double, 3> grip_p_HD_m{};
@@ -54,6 +57,10 @@ struct TeleopRecord {
   std::chrono::nanoseconds step{};     ///< time the cycle took
 };
 static_assert(std::is_trivially_copyable_v<TeleopRecord>);
+
+inline Eigen::Vector3d vector_of(const std::array<double, 3>& values) noexcept {
+  return Eigen::Vector3d(values.data());
+}
 
 /// Values known only in simulation.
 inline void add_truth(TeleopRecord& record, const Eigen::Vector3d& p_WT_m,
@@ -95,6 +102,8 @@ void visit(const TeleopRecord& r, Column&& column) {
   vector("contact_estimate", kNewtons, r.contact_estimate_W_N, 4);
   vector("base", {"_x_m", "_y_m", "_yaw_rad"}, r.base_W, 6);
   plain("stiffness_N_per_m", r.stiffness_N_per_m, 2);
+  plain("force_scale", r.force_scale, 4);
+  plain("motion_scale", r.motion_scale, 4);
   vector("spring", kNewtons, r.spring_W_N, 4);
   vector("wrench_force", kNewtons, std::array{r.wrench_W[0], r.wrench_W[1], r.wrench_W[2]}, 4);
   vector("wrench_moment", {"_x_Nm", "_y_Nm", "_z_Nm"},

@@ -99,7 +99,8 @@ TeleopTask::TeleopTask(const Config& config, const hal::Robot& robot, hal::Hapti
       period_(std::chrono::round<nanoseconds>(std::chrono::duration<double>(config.control.period_s))),
       brake_timeout_(std::chrono::round<nanoseconds>(std::chrono::duration<double>(
           kBrakeShare * (config.control.stop_timeout_s + 3 * config.control.lowering_s)))),
-      sample_clock_(period_) {
+      sample_clock_(period_),
+      tuned_(control::Teleoperation::tuning_of(config.control)) {
   if (robot.joints().size() != kJoints)
     throw std::invalid_argument("teleoperation needs a base with one arm, " + std::to_string(kJoints) +
                                 " joints; this robot has " + std::to_string(robot.joints().size()) +
@@ -191,7 +192,7 @@ Verdict TeleopTask::brake(const Moment& moment, hal::RobotCommand& command,
 void TeleopTask::control(const Moment& moment) noexcept {
   if (controlled_) return;
   controlled_ = true;
-  if (control::TeleopTuning tuning; tuning_.take(tuning)) control_.tune(tuning);
+  if (tuning_.take(tuned_)) control_.tune(tuned_);
   output_ = control_.step(input_);
   master_command_.enable = output_.enable_master;
   master_command_.f_D_H_N = output_.force_H_N;
@@ -283,6 +284,8 @@ void TeleopTask::keep_record(const Moment& moment) noexcept {
   record_.contact_estimate_W_N = numbers(robot.contact_W_N);
   record_.base_W = {robot.X_WB.x_m, robot.X_WB.y_m, robot.X_WB.yaw_rad};
   record_.stiffness_N_per_m = output_.stiffness.translation_N_per_m;
+  record_.force_scale = tuned_.force_scale;
+  record_.motion_scale = tuned_.motion_scale;
   record_.spring_W_N = numbers(output_.spring_W_N);
   for (std::size_t i = 0; i < 6; ++i) record_.wrench_W[i] = output_.wrench_W[static_cast<Eigen::Index>(i)];
   record_.grip_p_HD_m = numbers(input_.grip.p_HD_m);

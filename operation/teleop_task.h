@@ -67,6 +67,7 @@ class TeleopTask final : public runtime::Task {
   std::array<control::TorqueRate, TeleopRecord::kJoints> torque_rates_;
 
   hal::NewestValue<control::TeleopTuning> tuning_;
+  control::TeleopTuning tuned_;  // in force
   control::TeleopInput input_;
   control::TeleopOutput output_;
   std::optional<control::ArmVector> acting_Nm_;  // on the arm since the last sample

@@ -22,6 +22,8 @@ TeleopRecord operating(double force_N = 0) {
   TeleopRecord record;
   record.phase = control::TeleopPhase::kOperating;
   record.held_force_H_N = {force_N, 0, 0};
+  record.force_scale = 10;
+  record.motion_scale = 1;
   return record;
 }
 
@@ -136,6 +138,22 @@ TEST(TeleopMeasures, LeaveOutTheWayBackUnderTheClutch) {
   EXPECT_EQ(measures.hand().p_m[0].lowest, 0.05);
   EXPECT_EQ(measures.hand().largest_force_N, 1);
   EXPECT_NEAR(measures.operating_s(), 0.003, 1e-12);
+}
+
+// 700 N/m over a force scale that the operator turns from 10 to 5 feel like 70 and 140 N/m.
+TEST(TeleopMeasures, FollowTheScalesThatAreTuned) {
+  TeleopMeasures measures({});
+  TeleopRecord record = operating(1);
+  record.stiffness_N_per_m = 700;
+  measures.add(record);
+  EXPECT_NEAR(measures.largest_felt_stiffness_N_per_m(), 70, 1e-12);
+  record.force_scale = 5;
+  measures.add(record);
+  EXPECT_NEAR(measures.largest_felt_stiffness_N_per_m(), 140, 1e-12);
+  report::Page page("tuned");
+  operation::add_measures(page, measures, {});
+  EXPECT_NE(page.html().find("scale 5 to 10"), std::string::npos);
+  EXPECT_NE(page.html().find("Position control alone gives 1;"), std::string::npos);
 }
 
 TEST(TeleopMeasures, ThePageHasEachOfThem) {

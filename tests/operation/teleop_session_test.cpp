@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 using control::TeleopPhase;
 
 const fs::path kTeleop = support::source_dir() + "/apps/youbotd/teleop.toml";
-constexpr std::size_t kColumns = 94;
+constexpr std::size_t kColumns = 96;
 
 bool says(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
@@ -355,6 +355,8 @@ TEST(TeleopRecording, EachColumnHoldsWhatItsNameSays) {
   many(record.contact_estimate_W_N, "contact_estimate", newtons);
   many(record.base_W, "base", {"_x_m", "_y_m", "_yaw_rad"});
   one(record.stiffness_N_per_m, "stiffness_N_per_m");
+  one(record.force_scale, "force_scale");
+  one(record.motion_scale, "motion_scale");
   many(record.spring_W_N, "spring", newtons);
   many(record.wrench_W, "wrench",
        {"_force_x_N", "_force_y_N", "_force_z_N", "_moment_x_Nm", "_moment_y_Nm", "_moment_z_Nm"});
