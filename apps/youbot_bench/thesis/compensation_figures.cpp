@@ -112,11 +112,9 @@ struct BaseDrive {
   double furthest_m = 0.0;  ///< from the start
 };
 
-BaseDrive drive_base(const operation::Config& config, const std::filesystem::path& file,
-                     const std::string& name) {
+BaseDrive drive_base(const operation::Config& config, const std::string& name) {
   BaseDrive drive{.name = name, .summary = {}, .path = {.name = name, .x = {}, .y = {}}};
   operation::SessionOptions options;
-  options.config_file = file;
   options.virtual_time = true;
   options.after_cycle = [&drive, cycle = 0](const operation::CycleRecord& record) mutable {
     if (!std::isfinite(record.truth_W[0])) return;
@@ -146,6 +144,7 @@ Figure base_figure(const Workshop& workshop) {
   const std::filesystem::path file = workshop.directory() / "base.toml";
   runtime::write_whole_file(file, operation::kDemoConfig);
   operation::Config config = operation::load_config(file);
+  std::filesystem::remove(file);  // the runs below change it
   config.robot.simulation.models =
       loaded(workshop.thesis_robot(), config.robot.simulation.loaded_friction_scale);
   config.robot.ethercat.unsigned_current = true;
@@ -155,9 +154,9 @@ Figure base_figure(const Workshop& workshop) {
   velocity.cycle.controller.stiffness = control::PlanarVector::Zero();
   operation::Config spring = config;
   spring.cycle.controller.compensate_friction = false;
-  const std::vector<BaseDrive> drives{drive_base(velocity, file, "velocity control, without compensation"),
-                                      drive_base(spring, file, "spring and damper, without compensation"),
-                                      drive_base(config, file, "spring and damper, with compensation")};
+  const std::vector<BaseDrive> drives{drive_base(velocity, "velocity control, without compensation"),
+                                      drive_base(spring, "spring and damper, without compensation"),
+                                      drive_base(config, "spring and damper, with compensation")};
   Figure figure{.number = "Section 2.7.2",
                 .caption = "The base with and without friction compensation",
                 .text =

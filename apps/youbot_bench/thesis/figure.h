@@ -1,6 +1,7 @@
 /// @file
 /// A figure or table of the thesis as our software makes it, with the printed numbers beside ours.
 #pragma once
+#include <functional>
 #include <limits>
 #include <string>
 #include <string_view>
@@ -38,6 +39,7 @@ struct Figure {
   std::vector<Comparison> compared{};
   std::vector<FigureTable> tables{};
   std::vector<report::Plot> plots{};
+  std::function<void(report::Page&)> more{};  ///< tables that another part of the software draws
 };
 
 /// What software cannot make, or what is not made here.

@@ -72,7 +72,10 @@ Figure smoothing() {
                 .text =
                     "A step of 100 mm in x, 50 mm in y and 10 degrees. As printed the set-point starts and "
                     "stops at full speed; by default acceleration and jerk are limited, too."};
-  figure.compared = {compare("smoothing/step", printed.step_mm), compare("smoothing/turn", printed.turn_deg)};
+  const SetpointSmoothing::Config config;
+  figure.compared = {compare("smoothing/step", printed.step_mm), compare("smoothing/turn", printed.turn_deg),
+                     compare("smoothing/threshold", 1e3 * config.threshold_m),
+                     compare("smoothing/turn threshold", 180 / std::numbers::pi * config.turn_threshold_rad)};
   figure.plots = {{.title = "Set-point",
                    .x = {"time", "s"},
                    .y = {"position", "mm"},

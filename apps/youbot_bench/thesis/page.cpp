@@ -78,6 +78,7 @@ void add(report::Page& page, const Figure& figure) {
   if (!figure.text.empty()) page.text(figure.text);
   add_comparisons(page, figure);
   for (const FigureTable& table : figure.tables) page.table(table.columns, table.rows, table.caption);
+  if (figure.more) figure.more(page);
   if (!figure.plots.empty()) page.plots(figure.plots);
 }
 

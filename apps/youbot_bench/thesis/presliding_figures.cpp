@@ -199,7 +199,8 @@ Figure spoiled_dahl_curve(const MeasuredExperiment& offset) {
           "and the centre of the loop becomes a rectangle, as printed. The sensor reports the current "
           "without its sign; "
           "the first plot gives it that of the command, as the thesis' plot has it."};
-  figure.compared = {compare("dahl/offset", delivered_below_offset_Nm(offset), kGivenOffset),
+  figure.compared = {compare("dahl/cycles", offset.setting("cycles", kUnknown)),
+                     compare("dahl/offset", delivered_below_offset_Nm(offset), kGivenOffset),
                      compare("dahl/displacement", highest - lowest)};
   figure.text += " " + findings.title + ".";
   figure.tables = {table_of(findings)};

@@ -32,6 +32,8 @@ const report::Axis kWheelFriction{"friction torque", "N·m"};
 /// The simulated drive has no warm-up: shorter times give the same means.
 constexpr double kShortSettle_s = 1;
 constexpr double kShortMeasure_s = 1;
+/// At which friction differs by direction.
+constexpr double kHighSpeed_rad_per_s = 9.0;
 /// Speeds of the fit of table 4.
 constexpr double kLowSpeeds_rad_per_s = 1.0;
 
@@ -174,7 +176,13 @@ Figure friction_maps(const std::vector<fits::StaticMap>& maps) {
   FigureTable dips{.caption = "Speed of the least friction above 0.3 rad/s",
                    .columns = {{"wheel"}, {"forward", "rad/s"}, {"backward", "rad/s"}, {"points"}},
                    .rows = {}};
+  double fastest = kUnbounded;
+  double least_ratio = kUnbounded;  // of friction backward to forward
   for (unsigned i = 0; i < maps.size(); ++i) {
+    fastest = std::min(
+        {fastest, maps[i].points.back().velocity_rad_per_s, -maps[i].points.front().velocity_rad_per_s});
+    least_ratio = std::min(least_ratio, friction_at(maps[i], -kHighSpeed_rad_per_s) /
+                                            -friction_at(maps[i], kHighSpeed_rad_per_s));
     plot.series.push_back(measured_series(maps[i], i));
     const double forward = dip_rad_per_s(maps[i], 1);
     dips.rows.push_back(
@@ -184,6 +192,8 @@ Figure friction_maps(const std::vector<fits::StaticMap>& maps) {
                                                "wheel 4 rises from 0.555 to 1.867 rad/s."
                                              : ""));
   }
+  figure.compared.push_back(compare("figure 15/fastest", fastest));
+  figure.compared.push_back(compare("figure 15/backward", least_ratio));
   figure.plots = {plot};
   figure.tables = {dips};
   return figure;
@@ -245,11 +255,14 @@ Figure fitted_curves(const std::vector<fits::StaticMap>& maps) {
   return figure;
 }
 
-/// The kinetic friction model on forward speeds up to 1 rad/s, as in 2.5.1.
-fits::StaticFit kfm_fit(fits::StaticMap map) {
-  std::erase_if(map.points, [](const fits::MapPoint& point) {
-    return point.velocity_rad_per_s <= 0 || point.velocity_rad_per_s > kLowSpeeds_rad_per_s;
-  });
+/// Forward speeds up to 1 rad/s, from which 2.5.1 has table 4.
+fits::StaticMap low_speeds(fits::StaticMap map) {
+  leave_out(map, {.below_rad_per_s = kLowSpeeds_rad_per_s});
+  std::erase_if(map.points, [](const fits::MapPoint& point) { return point.velocity_rad_per_s <= 0; });
+  return map;
+}
+
+fits::StaticFit kfm_fit(const fits::StaticMap& map) {
   return fits::fit_static(map, fits::form_named("kfm"), {.leave_one_out = false});
 }
 
@@ -310,14 +323,16 @@ Apart apart() {
 }
 
 Figure low_speed_fit(const Workshop& workshop, const std::vector<fits::StaticMap>& maps) {
-  const fits::StaticFit fit = kfm_fit(maps.front());
+  const fits::StaticMap low = low_speeds(maps.front());
+  const fits::StaticFit fit = kfm_fit(low);
   const MeasuredExperiment measured = workshop.measure(
       "table-4", workshop.robot_with_law("kfm"),
       SteadyStateConfig{
           .settle_s = kShortSettle_s, .measure_s = kShortMeasure_s, .extra_s = 0, .sets = "2-4"},
       "wheel-1", false);
-  const fits::StaticMap table_4_map = signed_map(measured.joints.at(0));
-  const fits::StaticFit again = kfm_fit(table_4_map);
+  fits::StaticMap as_table_4 = low_speeds(signed_map(measured.joints.at(0)));
+  as_table_4.rig = "a wheel with table 4";
+  const fits::StaticFit again = kfm_fit(as_table_4);
   Figure figure{.number = "Figure 17 and table 4",
                 .caption = "The kinetic friction model fitted to wheel 1 below 1 rad/s",
                 .text = fmt::format("Where table 4 comes from: the thesis fitted it with Matlab's curve "
@@ -326,39 +341,26 @@ Figure low_speed_fit(const Workshop& workshop, const std::vector<fits::StaticMap
                                     "from what is printed: below 1 rad/s appendix A's curve of wheel 1 and "
                                     "the kinetic friction model with table 4 are {:.1f} mN·m rms apart, "
                                     "{:.0f} % of the friction there. The curve has a peak of {:.4f} N·m "
-                                    "near rest, the model goes up to Fs = {:.4f}. The first table has the "
-                                    "fit to the points of figure 15. The second one shows that the method "
-                                    "is right: on a simulated wheel whose friction is that of table 4, the "
-                                    "same experiment and the same fit return table 4.",
+                                    "near rest, the model goes up to Fs = {:.4f}. Ours is the fit to the "
+                                    "points of figure 15. The rows of a wheel that has table 4 show that the "
+                                    "method is right: on such a wheel the same experiment and the same fit "
+                                    "return it.",
                                     1e3 * apart().rms_Nm, 100 * apart().share, apart().peak_Nm,
                                     printed_value("table 4/Fs"))};
   constexpr const char* kWhy =
       "Fitted to a simulation of the published curve, not to the points behind table 4.";
-  FigureTable returned{.caption = "The method on a wheel that has table 4",
-                       .columns = {{"parameter"}, {"unit"}, {"printed"}, {"ours"}, {"difference", "%", 2}},
-                       .rows = {}};
+  constexpr const char* kReturned =
+      "The same experiment and fit, on a simulated wheel whose friction is that of table 4.";
   for (const Table4Row& row : kTable4) {
     figure.compared.push_back(compare(row.key, value_of(fit, row.parameter), kWhy));
-    const Printed& number = printed(row.key);
-    const double ours = value_of(again, row.parameter);
-    returned.rows.push_back({std::string(number.what), std::string(number.unit),
-                             fmt::format("{:g}", number.from), fmt::format("{:.4g}", ours),
-                             100 * (ours - number.from) / number.from});
+    figure.compared.push_back(
+        compare(std::string(row.key) + ", method", value_of(again, row.parameter), kReturned));
   }
-  figure.tables = {returned};
-  fits::StaticMap low = maps.front();
-  std::erase_if(low.points, [](const fits::MapPoint& point) {
-    return point.velocity_rad_per_s <= 0 || point.velocity_rad_per_s > kLowSpeeds_rad_per_s;
-  });
   Plot plot{.title = "Wheel 1 at low speed",
             .x = kWheelVelocity,
             .y = kWheelFriction,
             .series = {measured_series(low, 0), table_4_curve()}};
   if (fit.ok()) plot.series.push_back(fit_curve("fit to these points", fit));
-  fits::StaticMap as_table_4 = table_4_map;
-  as_table_4.rig = "a wheel with table 4";
-  std::erase_if(as_table_4.points,
-                [](const fits::MapPoint& point) { return point.velocity_rad_per_s > kLowSpeeds_rad_per_s; });
   plot.series.push_back(measured_series(as_table_4, 3));
   figure.plots = {plot};
   return figure;

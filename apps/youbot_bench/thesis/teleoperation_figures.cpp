@@ -7,6 +7,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <stdexcept>
 #include <string>
@@ -17,12 +18,11 @@
 #include "apps/youbot_bench/thesis/teleop_rig.h"
 #include "apps/youbot_bench/transparency.h"
 #include "hal/seconds.h"
-#include "operation/report.h"
 #include "operation/run_trace.h"
 #include "operation/teleop_demo.h"
 #include "operation/teleop_measures.h"
+#include "operation/teleop_measures_page.h"
 #include "operation/teleop_session.h"
-#include "runtime/configuration/whole_file.h"
 #include "runtime/program/exit_code.h"
 #include "runtime/program/stop_on_signals.h"
 #include "runtime/program/wording.h"
@@ -35,10 +35,9 @@ using namespace std::chrono_literals;
 using control::TeleopPhase;
 using Eigen::Vector3d;
 using operation::TeleopRecord;
+using operation::vector_of;
 using report::Plot;
 using report::Series;
-
-Vector3d vector_of(const std::array<double, 3>& values) { return Vector3d(values.data()); }
 
 /// Phases as spans of time.
 class PhaseSpans {
@@ -101,6 +100,7 @@ Figure start_up(const Workshop& workshop) {
   double centring_N_per_m = std::nan("");
   Vector3d approach_end_m = Vector3d::Constant(std::nan(""));
   std::vector<double> stiffness;  // of each cycle from the coupling on
+  double slack_N = std::nan("");  // vertical force of the spring in the last cycle before it
   const auto keep = [&](const TeleopRecord& record) {
     phases.add(record);
     trace.add(hal::seconds(record.time),
@@ -111,7 +111,10 @@ Figure start_up(const Workshop& workshop) {
       centring_N_per_m = vector_of(record.held_force_H_N).norm() / off_m;
     if (record.time > 3s && rig.hand().holds() && record.phase == TeleopPhase::kCentring)
       rig.hand().hold_at(Vector3d::Zero());
-    if (record.phase == TeleopPhase::kApproaching) approach_end_m = vector_of(record.setpoint_p_WT_m);
+    if (record.phase == TeleopPhase::kApproaching) {
+      approach_end_m = vector_of(record.setpoint_p_WT_m);
+      slack_N = std::abs(record.spring_W_N[2]);
+    }
     if (record.phase >= TeleopPhase::kStiffening) stiffness.push_back(record.stiffness_N_per_m);
   };
   rig.run_until(TeleopPhase::kOperating, 90s, keep);
@@ -130,7 +133,8 @@ Figure start_up(const Workshop& workshop) {
                 .text =
                     "The simulated robot and a simulated hand, which first holds the pen 47 mm off its "
                     "origin. Measured in the run: the pull on the pen, the set-point at the end of the "
-                    "approach, the rise of the stiffness, and the force on the robot over that on the hand "
+                    "approach, the spring's vertical force then, the rise of the stiffness, and the force on "
+                    "the robot over that on the hand "
                     "when the hand rests 30 mm ahead."};
   const auto full =
       static_cast<double>(std::ranges::count_if(stiffness, [&](double k) { return k < stiffness.back(); }));
@@ -139,10 +143,15 @@ Figure start_up(const Workshop& workshop) {
       compare("start/x", approach_end_m.x(),
               "At the end of the approach the set-point moves to where the end effector rests."),
       compare("start/z", approach_end_m.z(), "As above."),
+      compare("start/slack", slack_N),
       compare("start/soft", stiffness.empty() ? std::nan("") : stiffness.front()),
       compare("start/stiff", stiffness.empty() ? std::nan("") : stiffness.back()),
       compare("start/rise", stiffness.empty() ? std::nan("") : (stiffness.back() - stiffness.front()) / full),
-      compare("start/scale", scale)};
+      compare("start/turning stiff", config.stiff.rotation_Nm_per_rad),
+      compare("start/turning rise", 1e-3 * config.stiffening_per_s.rotation_Nm_per_rad),
+      compare("start/scale", scale),
+      compare("gripper/closed", config.gripper_closed_m),
+      compare("gripper/open", config.gripper_open_m)};
   const report::Axis time{.label = "time", .unit = "s", .link = "start-up"};
   figure.plots = {{.title = "Stiffness of the coupling",
                    .x = time,
@@ -313,46 +322,48 @@ Figure qualitative_measures(const Workshop& workshop) {
   config.teleoperation = usual_teleoperation();
   config.teleoperated = true;
   config.robot.scene.walls.push_back({.p_W_m = {1.08, 0, 0}, .normal_W = {-1, 0, 0}});
-  const std::filesystem::path file = workshop.directory() / "teleoperation.toml";
-  runtime::write_whole_file(
-      file, "# The demonstration of apps/youbotd/teleop.toml: base and arm, a wall 1.08 m ahead\n");
-  operation::TeleopMeasures measures(config.teleoperation);
+  const auto measures = std::make_shared<operation::TeleopMeasures>(config.teleoperation);
+  PhaseSpans phases;
+  operation::TimeTrace trace(4);
   operation::TeleopOptions options;
-  options.config_file = file;
   options.virtual_time = true;
-  options.record_directory = workshop.directory() / "section-3.2.3.2";
   options.tasks = operation::demo_tasks();
-  options.after_cycle = [&](const TeleopRecord& record) { measures.add(record); };
+  options.after_cycle = [&](const TeleopRecord& record) {
+    measures->add(record);
+    phases.add(record);
+    trace.add(hal::seconds(record.time),
+              std::array{vector_of(record.held_force_H_N).norm(), vector_of(record.spring_W_N).norm(),
+                         record.setpoint_p_WT_m[0], record.tip_p_WT_m[0]});
+  };
   const operation::TeleopSummary summary =
       operation::run_teleop_session(config, options, runtime::stop_requested);
   Workshop::go_on();
   Figure figure{.number = "Section 3.2.3.2",
                 .caption = "Qualitative measures of a teleoperation",
                 .text =
-                    "A simulated operator reaches, follows a square, drives far, touches a wall and lets "
-                    "go. The thesis names the measures and prints no values. Every page of a recorded "
-                    "teleoperation has them: section-3.2.3.2/report.html has those of this one, with the "
-                    "match of the workspaces and the human limits of 3.2.3.4."};
-  double whole_s = 0;
-  FigureTable tasks{.caption = "Tasks",
-                    .columns = {{"task"}, {"result"}, {"time", "s", 1}, {"force felt, largest", "N", 2}},
-                    .rows = {}};
-  for (const operation::TaskReport& task : summary.tasks) {
-    whole_s += hal::seconds(task.outcome.duration);
-    tasks.rows.push_back({task.name, std::string(operation::result_text(task.outcome.result)),
-                          hal::seconds(task.outcome.duration), task.outcome.largest_force_N});
-  }
-  FigureTable table{.caption = "Measures", .columns = {{"what"}, {"value"}, {"unit"}}, .rows = {}};
-  table.rows = {{std::string("completion time"), runtime::number_text(whole_s), std::string("s")},
-                {std::string("peak force on the hand"), runtime::number_text(measures.hand().largest_force_N),
-                 std::string("N")},
-                {std::string("peak force on the robot"),
-                 runtime::number_text(measures.robot().largest_force_N), std::string("N")},
-                {std::string("sum of squared forces, hand"),
-                 runtime::number_text(measures.hand().force_squared_N2_s), std::string("N²·s")},
-                {std::string("sum of squared forces, robot"),
-                 runtime::number_text(measures.robot().force_squared_N2_s), std::string("N²·s")}};
-  figure.tables = {table, tasks};
+                    "A simulated operator reaches, follows a square, drives far, touches a wall 1.08 m ahead "
+                    "and lets go, as with apps/youbotd/teleop.toml. The thesis names the measures and prints "
+                    "no values. The page of every recorded teleoperation has them, with the match of the "
+                    "workspaces and the human limits of 3.2.3.4."};
+  figure.compared = {
+      compare("human/resolution", measures->largest_force_step_N(),
+              "A rule for the design of a device. Ours is the largest step of the force on the "
+              "hand from one millisecond to the next.")};
+  figure.more = [measures, tasks = summary.tasks](report::Page& page) {
+    operation::add_measure_tables(page, *measures, tasks);
+  };
+  const report::Axis time{.label = "time", .unit = "s", .link = "qualitative"};
+  figure.plots = {
+      {.title = "Forces",
+       .x = time,
+       .y = {"force", "N"},
+       .series = {trace.series("on the hand", 0, 3), trace.series("of the spring to the robot", 1, 3)},
+       .spans = phases.spans()},
+      {.title = "Forward position of the end effector",
+       .x = time,
+       .y = {"x", "m"},
+       .series = {trace.series("set-point", 2, 4), trace.series("end effector", 3, 4)},
+       .spans = phases.spans()}};
   return figure;
 }
 

@@ -24,12 +24,7 @@ std::filesystem::path model_file(const std::filesystem::path& folder, std::size_
 }  // namespace
 
 Workshop::Workshop(std::filesystem::path directory, std::function<void(const std::string&)> show)
-    : directory_(std::move(directory)),
-      show_(std::move(show)),
-      thesis_robot_{.name = "thesis-robot",
-                    .what =
-                        "the thesis' wheels: measured curves, motors with an offset of 0.03 N·m, current "
-                        "without sign"} {
+    : directory_(std::move(directory)), show_(std::move(show)), thesis_robot_{.name = "thesis-robot"} {
   const std::filesystem::path folder = directory_ / thesis_robot_.name;
   runtime::make_output_directory(folder);
   const std::array<std::string_view, 4> texts{kWheel1, kWheel2, kWheel3, kWheel4};
@@ -42,7 +37,6 @@ Workshop::Workshop(std::filesystem::path directory, std::function<void(const std
 Wheels Workshop::robot_without_offset() const {
   Wheels wheels = thesis_robot_;
   wheels.name = "without-offset";
-  wheels.what = "the same wheels with motors without an offset and a current with sign";
   for (effects::DriveModel& model : wheels.models)
     std::erase_if(model.effects, [](const effects::AnyEffect& effect) {
       return std::holds_alternative<effects::TorqueDeadband>(effect) ||
@@ -54,7 +48,6 @@ Wheels Workshop::robot_without_offset() const {
 Wheels Workshop::robot_with_law(const std::string& law) const {
   Wheels wheels = robot_without_offset();
   wheels.name = law;
-  wheels.what = "wheels whose friction is that of table 4, law " + law;
   const model::friction::AnyLaw friction = model::friction::make_law(law);
   const bool has_memory = model::friction::law_description(law).has_memory;
   for (effects::DriveModel& model : wheels.models)

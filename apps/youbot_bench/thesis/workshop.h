@@ -19,7 +19,6 @@ struct Stopped {};
 /// The four wheels of a simulated robot.
 struct Wheels {
   std::string name;  ///< also of the folder of its models
-  std::string what;
   std::array<model::effects::DriveModel, 4> models{};
 };
 
