@@ -36,9 +36,8 @@ std::vector<Subcommand> add_all(CLI::App& app) {
 int main(int argc, char** argv) {
   CLI::App app("Examines a youBot's bus and measures its drives.", "youbot-bench");
   app.footer(
-      "Exit codes: 0 done, 1 a number that must agree does not, 2 usage or configuration, 3 device or "
-      "set-up, "
-      "4 a fault, 130 interrupted before it was done.");
+      "Exit codes: 0 done, 1 a compared number is beyond its limit, 2 usage or configuration, 3 device or "
+      "set-up, 4 a fault, 130 interrupted before it was done.");
   app.require_subcommand(1);
   const std::vector<youbot_bench::Subcommand> commands = youbot_bench::add_all(app);
   return runtime::run_app(app, argc, argv, [&commands] {

@@ -185,12 +185,13 @@ Figure friction_maps(const std::vector<fits::StaticMap>& maps) {
                                             -friction_at(maps[i], kHighSpeed_rad_per_s));
     plot.series.push_back(measured_series(maps[i], i));
     const double forward = dip_rad_per_s(maps[i], 1);
-    dips.rows.push_back(
-        {maps[i].rig, forward, dip_rad_per_s(maps[i], -1), static_cast<double>(maps[i].points.size())});
-    figure.compared.push_back(compare(fmt::format("figure 15/dip {}", i + 1), forward,
-                                      i == 3 ? "The text speaks of all wheels, but appendix A's own line for "
-                                               "wheel 4 rises from 0.555 to 1.867 rad/s."
-                                             : ""));
+    const double backward = dip_rad_per_s(maps[i], -1);
+    dips.rows.push_back({maps[i].rig, forward, backward, static_cast<double>(maps[i].points.size())});
+    const char* const why = i == 3 ? "The text speaks of all wheels, but appendix A's own line for wheel 4 "
+                                     "rises from 0.555 to 1.867 rad/s."
+                                   : "";
+    figure.compared.push_back(compare(fmt::format("figure 15/dip {}", i + 1), forward, why));
+    figure.compared.push_back(compare(fmt::format("figure 15/dip {}, backward", i + 1), backward, why));
   }
   figure.compared.push_back(compare("figure 15/fastest", fastest));
   figure.compared.push_back(compare("figure 15/backward", least_ratio));

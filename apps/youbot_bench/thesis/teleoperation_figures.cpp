@@ -152,6 +152,12 @@ Figure start_up(const Workshop& workshop) {
       compare("start/scale", scale),
       compare("gripper/closed", config.gripper_closed_m),
       compare("gripper/open", config.gripper_open_m)};
+  const auto degrees = [](double angle_rad) { return 180 / std::numbers::pi * angle_rad; };
+  for (Eigen::Index i = 0; i < config.unfolded_rad.size(); ++i)
+    figure.compared.push_back(
+        compare(fmt::format("start/unfolded {}", i + 1), degrees(config.unfolded_rad[i])));
+  figure.compared.push_back(compare("start/unfolded within", degrees(config.unfolded_within_rad),
+                                    "Ours waits until every joint is nearer, before torques hold the arm."));
   const report::Axis time{.label = "time", .unit = "s", .link = "start-up"};
   figure.plots = {{.title = "Stiffness of the coupling",
                    .x = time,

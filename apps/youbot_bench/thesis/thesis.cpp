@@ -138,11 +138,9 @@ Subcommand add_thesis(CLI::App& app) {
       "thesis", "make the figures and tables of the thesis again, in simulation, beside its printed numbers");
   command->footer(
       "Writes OUT/report.html, OUT/thesis.json with the compared numbers, and the recordings of the "
-      "experiments, "
-      "each in a directory named after its figure. Everything runs on the thesis' simulated robot in virtual "
-      "time, in about half a minute. Ctrl-C removes what was written.\nExit codes: 0 done, 1 done, but a "
-      "number "
-      "that must agree does not, 130 interrupted, 2 usage, 3 disk.");
+      "experiments, each in a directory named after its figure. Everything runs on the thesis' "
+      "simulated robot in virtual time, in about half a minute. Ctrl-C removes what was written.\nExit "
+      "codes: 0 done, 1 done, but a number is beyond its limit, 130 interrupted, 2 usage, 3 disk.");
   command->add_option("--out", options->out, "directory for the report and the recordings")->required();
   command
       ->add_option("--chapters", options->chapters,
