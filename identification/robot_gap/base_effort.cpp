@@ -1,6 +1,7 @@
 #include "identification/robot_gap/base_effort.h"
 
 #include <Eigen/Geometry>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -49,6 +50,9 @@ BaseForces::BaseForces(const BaseDescription& base, const BaseDescription& given
     : base_(base), reported_(torques_of_forces(base).cwiseQuotient(torques_of_forces(given))) {
   if (floor >= 0) floor_resistance_N_ = base.floors[static_cast<std::size_t>(floor)].resistance_N;
   const auto wheels = static_cast<Eigen::Index>(base.wheels.size());
+  scales_.resize(wheels);
+  for (Eigen::Index w = 0; w < wheels; ++w)
+    scales_[w] = base.wheels[static_cast<std::size_t>(w)].torque_scale;
   rates_ = Eigen::MatrixX3d::Zero(wheels, 3);
   twists_ = Eigen::Matrix3Xd::Zero(3, wheels);
   if (base.kinematics == BaseKinematics::kTricycle) {
@@ -71,20 +75,26 @@ BaseForces::BaseForces(const BaseDescription& base, const BaseDescription& given
 }
 
 Eigen::Vector3d BaseForces::pushed(const EffortWindow& window) const {
-  return rates_.transpose() * window.torque_Nm;
+  return rates_.transpose() * scales_.cwiseProduct(window.torque_Nm);
 }
 
-Eigen::VectorXd BaseForces::net_torque(const EffortWindow& window) const {
-  Eigen::VectorXd net(window.torque_Nm.size());
-  for (Eigen::Index w = 0; w < net.size(); ++w) {
+/// To friction and inertia of the wheels.
+Eigen::VectorXd BaseForces::lost_torque(const EffortWindow& window) const {
+  Eigen::VectorXd lost(window.torque_Nm.size());
+  for (Eigen::Index w = 0; w < lost.size(); ++w) {
     const BaseDescription::Wheel& wheel = base_.wheels[static_cast<std::size_t>(w)];
     const double friction_Nm =
-        wheel.coulomb_Nm + floor_resistance_N_ * wheel.radius_m / static_cast<double>(net.size());
-    net[w] = wheel.torque_scale * window.torque_Nm[w] - wheel.offset_Nm - friction_Nm * window.sign[w] -
-             wheel.viscous_Nm_s_per_rad * window.speed_rad_per_s[w] -
-             wheel.inertia_kg_m2 * window.acceleration_rad_per_s2[w];
+        wheel.coulomb_Nm + floor_resistance_N_ * wheel.radius_m / static_cast<double>(lost.size());
+    lost[w] = wheel.offset_Nm + friction_Nm * window.sign[w] +
+              wheel.viscous_Nm_s_per_rad * window.speed_rad_per_s[w] +
+              wheel.inertia_kg_m2 * window.acceleration_rad_per_s2[w];
   }
-  return net;
+  return lost;
+}
+
+Eigen::VectorXd BaseForces::reported_torques(const EffortWindow& window) const {
+  const Eigen::VectorXd pushing = rates_.transpose().completeOrthogonalDecomposition().solve(needed(window));
+  return (pushing + lost_torque(window)).cwiseQuotient(scales_);
 }
 
 Eigen::Vector3d BaseForces::needed(const EffortWindow& window) const {
@@ -127,7 +137,7 @@ double BaseForces::needed_along(const EffortWindow& window) const {
 }
 
 Eigen::Vector3d BaseForces::excess(const EffortWindow& window) const {
-  return reported_.cwiseProduct(rates_.transpose() * net_torque(window) - needed(window));
+  return reported_.cwiseProduct(pushed(window) - rates_.transpose() * lost_torque(window) - needed(window));
 }
 
 Eigen::Vector3d effort_floor(const BaseDescription& base, std::span<const BaseMotion> motions,

@@ -30,13 +30,16 @@ class BaseForces {
   /// Otherwise larger wheels, or a smaller torque, would shrink what is wrong with all forces.
   BaseForces(const control::BaseDescription& base, const control::BaseDescription& given, int floor);
 
-  /// What the reported torques push, without friction or inertia [N, N, N·m].
+  /// What the reported torques push by their torque_scale, without friction or inertia [N, N, N·m].
   Eigen::Vector3d pushed(const EffortWindow& window) const;
+  /// Torques that the wheels would report; among more wheels than directions of motion, forces are shared
+  /// with the least squares of the torques.
+  Eigen::VectorXd reported_torques(const EffortWindow& window) const;
   /// Pushed minus needed, as the given base would report it.
   Eigen::Vector3d excess(const EffortWindow& window) const;
 
  private:
-  Eigen::VectorXd net_torque(const EffortWindow& window) const;
+  Eigen::VectorXd lost_torque(const EffortWindow& window) const;
   Eigen::Vector3d needed(const EffortWindow& window) const;
   double needed_along(const EffortWindow& window) const;
 
@@ -44,6 +47,7 @@ class BaseForces {
   double floor_resistance_N_ = 0;
   Eigen::MatrixX3d rates_;    // of the wheels, by the twist without slip
   Eigen::Matrix3Xd twists_;   // by the rates
+  Eigen::VectorXd scales_;    // of the torques
   Eigen::Vector3d reported_;  // of a force
 };
 

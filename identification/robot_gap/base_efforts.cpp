@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
+#include <cstdio>
 
 #include "identification/fit/statistics.h"
 #include "identification/gap/parallel.h"
+#include "identification/robot_gap/base_effort_signs.h"
 #include "identification/robot_gap/base_information.h"
 
 namespace identification::robot_gap {
@@ -18,22 +19,29 @@ constexpr double kLongestEffort_s = 2;
 /// Rows of a recording in a window.
 constexpr double kLeastRows = 8;
 constexpr std::size_t kFewestEfforts = 60;
+/// Fewer windows that are held out are reported.
+constexpr std::size_t kFewHeldOut = 20;
 constexpr double kLongestTorqueLag_s = 0.1;
-constexpr double kCoarseLag_s = 0.02;
-/// Halvings of the step about the best lag, before the last parabola.
-constexpr int kLagHalvings = 2;
+/// Stretches of time in which lags are compared.
+constexpr std::size_t kLagStretches = 30;
 /// Smoothing for the speeds that tell motion from rest, in rows.
 constexpr double kSmoothedRows = 3;
 constexpr double kLeastFloor = 1e-9;
-/// A torque whose power is negative by this share of its magnitude has the wrong sign.
-constexpr double kAgainst = 0.3;
-/// Of the windows in one direction, with the same sign of the torque as in the other.
-constexpr double kOneSided = 0.95;
 
 std::size_t count_of(const BaseEfforts::Windows& windows) {
   std::size_t count = 0;
   for (const std::vector<EffortWindow>& own : windows) count += own.size();
   return count;
+}
+
+/// Squares of what is left, of one axis after the other, in stretches of as many windows.
+std::vector<double> in_stretches(const Eigen::VectorXd& left, std::size_t windows) {
+  std::vector<double> squares(kLagStretches, 0);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(left.size()); ++i) {
+    const double one = left[static_cast<Eigen::Index>(i)];
+    squares[i % windows * kLagStretches / windows] += one * one;
+  }
+  return squares;
 }
 
 template <class Of>
@@ -88,13 +96,13 @@ BaseEfforts::BaseEfforts(const BaseDescription& given, const BaseCatalogue& all,
       rest_(rest_speeds(data, given, kSmoothedRows * row_period_s(data))) {
   choose_window();
   if (count_of(searched_) < kFewestEfforts) return;
-  require_signs();
   // Each depends on the other, a little.
   find_lag();
   choose_window();
   find_lag();
   searched_ = planned(data_, window_s_);
   held_out_ = planned(held_out, window_s_);
+  sign_notes_ = check_torque_signs(given_, searched_);
   see_noise();
 }
 
@@ -102,10 +110,44 @@ bool BaseEfforts::is_enough() const noexcept {
   return count_of(searched_) >= kFewestEfforts && count_of(held_out_) > 0;
 }
 
+std::vector<std::string> BaseEfforts::notes() const {
+  if (!is_enough()) {
+    const bool searched = count_of(searched_) < kFewestEfforts;
+    return {std::string("forces are not compared: in the ") + (searched ? "searched" : "held-out") +
+            " recordings all wheels turn together for too short a time; record longer motions in which no "
+            "wheel stands still"};
+  }
+  std::vector<std::string> notes = sign_notes_;
+  char text[400];
+  if (!lag_.is_determined)
+    std::snprintf(
+        text, sizeof text,
+        "the lag of the torques is not determined: from %.3g s to %.3g s behind the wheels all explain "
+        "them as well; %.3g s is taken, with which the given model explains most; record motions "
+        "that speed up and slow down in other ways",
+        lag_.shortest_s, lag_.longest_s, lag_.lag_s);
+  else if (lag_.lag_s == 0)
+    std::snprintf(text, sizeof text, "torques show no lag behind the wheels' motion");
+  else
+    std::snprintf(text, sizeof text,
+                  "torques are %.3g s %s the wheels' motion; they are compared without this lag",
+                  std::abs(lag_.lag_s), lag_.lag_s > 0 ? "behind" : "ahead of");
+  notes.emplace_back(text);
+  if (count_of(held_out_) < kFewHeldOut) {
+    std::snprintf(
+        text, sizeof text,
+        "held-out recordings have only %zu windows of %.3g s for forces: they say little about them; "
+        "hold out longer motions in which no wheel stands still",
+        count_of(held_out_), window_s_);
+    notes.emplace_back(text);
+  }
+  return notes;
+}
+
 BaseEfforts::Windows BaseEfforts::planned(std::span<const BaseMotion> motions, double window_s) const {
   Windows windows(motions.size());
   gap::in_parallel(motions.size(), [&](std::size_t m) {
-    windows[m] = effort_windows(motions[m], given_, rest_, window_s, lag_s_);
+    windows[m] = effort_windows(motions[m], given_, rest_, window_s, lag_.lag_s);
   });
   return windows;
 }
@@ -149,68 +191,31 @@ void BaseEfforts::choose_window() {
   searched_ = planned(data_, window_s_);
 }
 
-/// The lag with which all parameters together explain most.
+/// From windows whose torques were recorded at every lag.
 void BaseEfforts::find_lag() {
-  const auto left_at = [&](double lag_s) {
-    Windows windows = searched_;
-    for (std::size_t m = 0; m < windows.size(); ++m)
-      for (EffortWindow& window : windows[m])
-        window.torque_Nm = mean_torque(data_[m].runs[window.run], window.start_s, window.end_s, lag_s);
-    const Rows rows = rows_of(windows);
-    return dense_fit_of(rows.slopes, rows.residual).variance;
-  };
-  const auto steps = static_cast<int>(std::floor(kLongestTorqueLag_s / kCoarseLag_s + 0.5));
-  std::vector<double> left(static_cast<std::size_t>(2 * steps + 1));
-  gap::in_parallel(left.size(),
-                   [&](std::size_t i) { left[i] = left_at(kCoarseLag_s * (static_cast<int>(i) - steps)); });
-  const auto best = std::ranges::min_element(left) - left.begin();
-  double lag_s = kCoarseLag_s * static_cast<double>(best - steps);
-  double here = left[static_cast<std::size_t>(best)];
-  double step_s = kCoarseLag_s;
-  for (int i = 0; i <= kLagHalvings; ++i) {
-    step_s /= 2;
-    const double before = left_at(lag_s - step_s);
-    const double after = left_at(lag_s + step_s);
-    if (before < here || after < here) {
-      lag_s += before < after ? -step_s : step_s;
-      here = std::min(before, after);
-    } else if (i == kLagHalvings) {
-      const double curvature = before - 2 * here + after;
-      if (curvature > 0) lag_s += 0.5 * step_s * (before - after) / curvature;
-    }
+  Windows windows = searched_;
+  for (std::size_t m = 0; m < windows.size(); ++m)
+    std::erase_if(windows[m], [&](const EffortWindow& window) {
+      const std::vector<double>& time_s = data_[m].runs[window.run].time_s;
+      return window.start_s - kLongestTorqueLag_s < time_s.front() ||
+             window.end_s + kLongestTorqueLag_s > time_s.back();
+    });
+  if (count_of(windows) < kFewestEfforts) {
+    lag_ = {.is_determined = false, .shortest_s = -kLongestTorqueLag_s, .longest_s = kLongestTorqueLag_s};
+    return;
   }
-  lag_s_ = lag_s;
-}
-
-void BaseEfforts::require_signs() const {
-  for (std::size_t w = 0; w < given_.wheels.size(); ++w) {
-    const auto at = static_cast<Eigen::Index>(w);
-    double power = 0;
-    double magnitude = 0;
-    double forwards = 0;
-    double backwards = 0;
-    double positive_forwards = 0;
-    double positive_backwards = 0;
-    for (const std::vector<EffortWindow>& windows : searched_)
-      for (const EffortWindow& window : windows) {
-        const double torque_Nm = window.torque_Nm[at];
-        power += torque_Nm * window.sign[at];
-        magnitude += std::abs(torque_Nm);
-        const bool is_forwards = window.sign[at] > 0;
-        (is_forwards ? forwards : backwards) += 1;
-        if (torque_Nm > 0) (is_forwards ? positive_forwards : positive_backwards) += 1;
-      }
-    const std::string of = "the torque of wheel " + given_.wheels[w].name;
-    if (!(magnitude > 0))
-      throw std::invalid_argument(of + " is zero wherever the wheel turns: check its torque_column");
-    if (forwards > 0 && backwards > 0 && positive_forwards > kOneSided * forwards &&
-        positive_backwards > kOneSided * backwards)
-      throw std::invalid_argument(of +
-                                  " is positive whichever way it turns: a magnitude is no torque; leave "
-                                  "torque_column out of all wheels, or use load_column");
-    if (power < -kAgainst * magnitude)
-      throw std::invalid_argument(of + " acts against its motion: change the sign of its torque_factor");
-  }
+  lag_ = torque_lag(
+      [&](double lag_s) {
+        Windows shifted = windows;
+        for (std::size_t m = 0; m < shifted.size(); ++m)
+          for (EffortWindow& window : shifted[m])
+            window.torque_Nm = mean_torque(data_[m].runs[window.run], window.start_s, window.end_s, lag_s);
+        const Rows rows = rows_of(shifted);
+        return LeftByLag{
+            .by_all = in_stretches(dense_fit_of(rows.slopes, rows.residual).left, count_of(shifted)),
+            .by_given = in_stretches(rows.residual, count_of(shifted))};
+      },
+      kLongestTorqueLag_s);
 }
 
 void BaseEfforts::see_noise() {

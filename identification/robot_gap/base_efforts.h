@@ -12,6 +12,7 @@
 #include "identification/robot_gap/base_effort_windows.h"
 #include "identification/robot_gap/base_terms.h"
 #include "identification/robot_gap/subject.h"
+#include "identification/robot_gap/torque_lag.h"
 
 namespace identification::robot_gap {
 
@@ -20,7 +21,7 @@ class BaseEfforts {
  public:
   using Windows = std::vector<std::vector<EffortWindow>>;  // of each motion
 
-  /// @throws std::invalid_argument if the torques of a wheel have no sign, or the wrong one.
+  /// @throws std::invalid_argument as check_torque_signs()
   BaseEfforts(const control::BaseDescription& given, const BaseCatalogue& all,
               std::span<const BaseMotion> data, std::span<const BaseMotion> held_out);
 
@@ -29,7 +30,9 @@ class BaseEfforts {
   const Windows& windows(Part part) const noexcept { return part == Part::kSearched ? searched_ : held_out_; }
   double window_s() const noexcept { return window_s_; }
   /// Of the torques behind the motion of the wheels.
-  double lag_s() const noexcept { return lag_s_; }
+  double lag_s() const noexcept { return lag_.lag_s; }
+  /// The lag, what looks odd, or why forces are not compared, in words.
+  std::vector<std::string> notes() const;
   /// Rms of each axis that noise leaves [N, N, N·m].
   const Eigen::Vector3d& floor() const noexcept { return floor_; }
 
@@ -46,7 +49,6 @@ class BaseEfforts {
   Windows planned(std::span<const BaseMotion> motions, double window_s) const;
   void choose_window();
   void find_lag();
-  void require_signs() const;
   void see_noise();
 
   control::BaseDescription given_;
@@ -58,7 +60,8 @@ class BaseEfforts {
   Windows searched_;
   Windows held_out_;
   double window_s_ = 0;
-  double lag_s_ = 0;
+  TorqueLag lag_;
+  std::vector<std::string> sign_notes_;
   Eigen::Vector3d floor_ = Eigen::Vector3d::Zero();
 };
 

@@ -264,19 +264,16 @@ void BaseSubject::compare_efforts(std::span<const BaseRecording> data,
   BaseCatalogue with_forces = base_catalogue(given_, data, true);
   std::swap(terms_, with_forces);
   efforts_.emplace(given_, terms_, data_.motions, held_.motions);
+  const std::vector<std::string> notes = efforts_->notes();
+  notes_.insert(notes_.end(), notes.begin(), notes.end());
   if (!efforts_->is_enough()) {
     efforts_.reset();
     std::swap(terms_, with_forces);
-    notes_.emplace_back(
-        "forces are not compared: all wheels turn together for too short a time; record longer motions in "
-        "which no wheel stands still");
     return;
   }
   catalogue_ = terms_.catalogue;
   axes_ = effort_axes(given_.kinematics);
   for (Channel& channel : effort_channels(given_.kinematics)) channels_.push_back(std::move(channel));
-  notes_.push_back(base_text("torques are %.3g s behind the wheels' motion; they are compared without it",
-                             efforts_->lag_s()));
 }
 
 /// Blocks are stretches of time of one run.
@@ -285,7 +282,9 @@ void BaseSubject::plan_rows(Part part, RowPlan& plan) const {
   std::size_t all = 0;
   for (const std::vector<PlannedWindow>& windows : own.windows[kPlace]) all += windows.size();
   // Neighbours share windows: blocks are longer than those, as long as there are enough.
-  const double longest = std::max(window_s_[kPlace], window_s_[kHeading]) / (kStride * window_s_[kPlace]);
+  const double longest =
+      std::max({window_s_[kPlace], window_s_[kHeading], efforts_ ? efforts_->window_s() : 0}) /
+      (kStride * window_s_[kPlace]);
   const auto size = static_cast<std::size_t>(std::max(
       {1.0, std::round(static_cast<double>(all) / kWantedBaseBlocks),
        std::min(std::round(2 * longest), std::floor(static_cast<double>(all) / kEnoughBaseBlocks))}));

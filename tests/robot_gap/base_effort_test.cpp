@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "identification/robot_gap/base_experiments.h"
-#include "identification/robot_gap/base_subject.h"
 
 namespace base_effort_test {
 
@@ -16,9 +15,7 @@ using control::BaseDescription;
 using control::BaseKinematics;
 using identification::robot_gap::BaseForces;
 using identification::robot_gap::BaseMotion;
-using identification::robot_gap::BaseRecording;
 using identification::robot_gap::BaseRun;
-using identification::robot_gap::BaseSubject;
 using identification::robot_gap::effort_windows;
 using identification::robot_gap::EffortWindow;
 
@@ -130,32 +127,6 @@ TEST(EffortWindows, AnAccelerationIsFromAnglesByPartsAndTheTorqueAtItsOwnTime) {
     EXPECT_NEAR(window.acceleration_rad_per_s2[0], 3, 1e-6);
     EXPECT_NEAR(window.speed_rad_per_s[1], 3 * middle_s, 1e-3);
     EXPECT_NEAR(window.torque_Nm[0], middle_s, 1e-5);
-  }
-}
-
-TEST(EffortWindows, ATorqueWithoutSignIsRefusedWithTheRemedy) {
-  BaseRecording recording;
-  recording.name = "one";
-  recording.is_speed = {true, true};
-  constexpr Eigen::Index kRows = 6000;
-  recording.wheel.resize(2, kRows);
-  recording.torque_Nm = Eigen::MatrixXd::Ones(2, kRows);
-  double x = 0;
-  for (Eigen::Index i = 0; i < kRows; ++i) {
-    const double t = 0.01 * static_cast<double>(i);
-    const double speed = 10 * std::sin(0.5 * t);
-    recording.time_s.push_back(t);
-    recording.wheel.col(i).setConstant(speed);
-    recording.pose.push_back({x, 0, 0});
-    x += 0.01 * 0.05 * speed;
-  }
-  try {
-    const BaseSubject subject(ten_kilograms(), {recording}, {recording});
-    ADD_FAILURE() << "accepted";
-  } catch (const std::invalid_argument& error) {
-    const std::string text = error.what();
-    EXPECT_NE(text.find("wheel left is positive whichever way it turns"), std::string::npos) << text;
-    EXPECT_NE(text.find("load_column"), std::string::npos) << text;
   }
 }
 

@@ -1,0 +1,114 @@
+// Torques whose sign is wrong or lost are refused; those that a slope makes look odd are not.
+#include "identification/robot_gap/base_effort_signs.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace base_effort_signs_test {
+
+using control::BaseDescription;
+using control::BaseKinematics;
+using identification::robot_gap::check_torque_signs;
+using identification::robot_gap::EffortWindow;
+
+constexpr double kGravity_m_per_s2 = 9.81;
+
+BaseDescription ten_kilograms() {
+  BaseDescription base{.kinematics = BaseKinematics::kDifferential,
+                       .wheels = {{"left", 0.05}, {"right", 0.05}},
+                       .turning_length_m = 0.4};
+  base.body.mass_kg = 10;
+  base.body.yaw_inertia_kg_m2 = 0.3;
+  for (BaseDescription::Wheel& wheel : base.wheels) wheel.coulomb_Nm = 0.05;
+  return base;
+}
+
+/// To and fro along x, which rises by `slope`: each wheel has half of the force, at 0.05 m.
+std::vector<std::vector<EffortWindow>> driven(double slope, bool only_forwards = false) {
+  std::vector<EffortWindow> windows;
+  for (int i = 0; i < 200; ++i) {
+    const double speed = 4 + 2 * std::sin(0.9 * i);
+    const double way = only_forwards || i % 2 == 0 ? 1 : -1;
+    const double acceleration = 5 * std::sin(0.37 * i);
+    const double noise_Nm = 0.002 * std::sin(2.71 * i * i);
+    const double force_N = 10 * (0.05 * acceleration + kGravity_m_per_s2 * slope);
+    EffortWindow window;
+    window.sign = Eigen::Vector2d::Constant(way);
+    window.speed_rad_per_s = way * Eigen::Vector2d::Constant(speed);
+    window.speed_products = speed * speed * Eigen::Matrix2d::Ones();
+    window.acceleration_rad_per_s2 = Eigen::Vector2d::Constant(acceleration);
+    window.torque_Nm = Eigen::Vector2d::Constant(force_N * 0.05 / 2 + way * (0.05 + 0.01 * speed) + noise_Nm);
+    windows.push_back(window);
+  }
+  return {windows};
+}
+
+std::string refusal(const std::vector<std::vector<EffortWindow>>& windows) {
+  try {
+    check_torque_signs(ten_kilograms(), windows);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(TorqueSigns, OfALevelFloorAreNothingToReport) {
+  EXPECT_TRUE(check_torque_signs(ten_kilograms(), driven(0)).empty());
+}
+
+TEST(TorqueSigns, OnASteepSlopeThatIsGivenTorquesArePositiveBothWays) {
+  BaseDescription given = ten_kilograms();
+  given.body.slope = {0.15, 0};  // 0.37 N·m of each wheel
+  const auto notes = check_torque_signs(given, driven(0.15));
+  for (const std::string& note : notes) EXPECT_NE(note.find("as on a slope"), std::string::npos) << note;
+}
+
+TEST(TorqueSigns, OnASlopeThatIsNotGivenTheyAreReportedOnly) {
+  for (const double slope : {0.15, -0.15}) {
+    const auto notes = check_torque_signs(ten_kilograms(), driven(slope));
+    ASSERT_EQ(notes.size(), 2U);
+    EXPECT_NE(notes[0].find(slope > 0 ? "left is positive" : "left is negative"), std::string::npos)
+        << notes[0];
+  }
+}
+
+TEST(TorqueSigns, DownhillABrakingTorqueIsReportedOnly) {
+  const auto notes = check_torque_signs(ten_kilograms(), driven(-0.15, true));
+  ASSERT_EQ(notes.size(), 2U);
+  EXPECT_NE(notes[1].find("right brakes the wheel most of the time"), std::string::npos) << notes[1];
+  BaseDescription given = ten_kilograms();
+  given.body.slope = {-0.15, 0};
+  EXPECT_TRUE(check_torque_signs(given, driven(-0.15, true)).empty());
+}
+
+TEST(TorqueSigns, AMagnitudeIsRefusedWhateverItsFactor) {
+  for (const double factor : {1.0, -1.0}) {
+    auto windows = driven(0);
+    for (EffortWindow& window : windows[0]) window.torque_Nm = factor * window.torque_Nm.cwiseAbs();
+    const std::string text = refusal(windows);
+    EXPECT_NE(text.find("it is a magnitude"), std::string::npos) << text;
+    EXPECT_NE(text.find("load_column"), std::string::npos) << text;
+  }
+}
+
+TEST(TorqueSigns, ANegatedTorqueIsRefusedWithTheRemedy) {
+  for (const double slope : {0.0, 0.1}) {
+    auto windows = driven(slope);
+    for (EffortWindow& window : windows[0]) window.torque_Nm[1] *= -1;
+    const std::string text = refusal(windows);
+    EXPECT_NE(text.find("the torque of wheel right has the wrong sign"), std::string::npos) << text;
+    EXPECT_NE(text.find("torque_factor"), std::string::npos) << text;
+  }
+}
+
+TEST(TorqueSigns, ATorqueThatIsZeroIsRefused) {
+  auto windows = driven(0);
+  for (EffortWindow& window : windows[0]) window.torque_Nm[0] = 0;
+  EXPECT_NE(refusal(windows).find("left is zero"), std::string::npos);
+}
+
+}  // namespace base_effort_signs_test
