@@ -15,6 +15,17 @@ enum class BaseKinematics : std::uint8_t {
   kMecanum        ///< four wheels, in the order of the youBot, with its rollers and signs (link_map.h)
 };
 
+/// Name of BaseDescription::turning_length_m in files and reports.
+constexpr const char* turning_length_name(BaseKinematics kinematics) {
+  switch (kinematics) {
+    case BaseKinematics::kDifferential: return "track_m";
+    case BaseKinematics::kTricycle: return "wheelbase_m";
+    case BaseKinematics::kOmni: return "radius_m";
+    case BaseKinematics::kMecanum: return "turning_length_m";
+  }
+  return "";
+}
+
 /// The centre B: differential and tricycle: middle of the (rear) axle; omni: the point that the wheels' axes
 /// meet in; mecanum: middle of the four wheels. x forward, y left, z up. With u_i the distance that the
 /// circumference of wheel i rolls,

@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 
+#include "identification/fit/quantile.h"
 #include "identification/fit/statistics.h"
 #include "identification/gap/signals.h"
 #include "identification/gap/wording.h"
@@ -76,15 +77,6 @@ bool is_constant(std::span<const double> values) {
   return std::ranges::adjacent_find(values, std::ranges::not_equal_to()) == values.end();
 }
 
-/// Quantile: the value below which a share lies.
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::ranges::nth_element(values, at);
-  return *at;
-}
-
 std::vector<double> magnitudes(std::span<const double> values) {
   std::vector<double> result;
   result.reserve(values.size());
@@ -120,7 +112,7 @@ double least_change(std::span<const double> steps) {
   std::vector<double> changes;
   for (const double step : steps)
     if (step != 0) changes.push_back(std::abs(step));
-  return quantile(std::move(changes), 0.01);
+  return fit::quantile(std::move(changes), 0.01);
 }
 
 std::string share_text(std::size_t count, std::size_t all) {
@@ -202,7 +194,7 @@ std::vector<Jump> jumps_of(const Source& source, std::span<const double> positio
     beyond.push_back(steps[i] - usual[i] * (time_s[i + 1] - time_s[i]));
   const double least =
       std::max({kJumpSigmas * fit::robust_sigma(beyond), kJumpResolutions * least_change(steps),
-                kJumpOverUsual * quantile(magnitudes(steps), 1 - kMaxJumps)});
+                kJumpOverUsual * fit::quantile(magnitudes(steps), 1 - kMaxJumps)});
   const double longest_s = kBridgedPeriods * fit::median(steps_of(time_s));
   std::vector<Jump> jumps;
   for (std::size_t i = 0; i < beyond.size(); ++i)
@@ -332,9 +324,9 @@ void drop_held_torque(Source& source, Diagnoses& diagnoses) {
   }
   if (runs.rbegin()->first < kMinHeldRuns * usual) return;
 
-  const double moves =
-      std::max(kMeanwhileChanges * least_change(steps_of(*moving)),
-               commanded ? (noisy ? kMeanwhile : kBeyondDeadband) * quantile(magnitudes(*command), 0.9) : 0);
+  const double moves = std::max(
+      kMeanwhileChanges * least_change(steps_of(*moving)),
+      commanded ? (noisy ? kMeanwhile : kBeyondDeadband) * fit::quantile(magnitudes(*command), 0.9) : 0);
   const auto range = std::ranges::minmax(*torque);
   std::vector<MarkedRun> held;
   for_each_run(*torque, [&](const MarkedRun& run) {
@@ -445,7 +437,7 @@ void interpolate_torque_spikes(Source& source, Diagnoses& diagnoses) {
   std::vector<double> smooth = medians_of_five(*torque);
   std::vector<double> beyond;
   for (std::size_t i = 0; i < torque->size(); ++i) beyond.push_back((*torque)[i] - smooth[i]);
-  const double usual = quantile(magnitudes(*torque), 1 - kMaxSpikes);
+  const double usual = fit::quantile(magnitudes(*torque), 1 - kMaxSpikes);
   const double least = kSpikeOverUsual * usual;
   const double sigma = fit::robust_sigma(beyond);
   std::vector<bool> spike(torque->size(), false);

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "identification/fit/quantile.h"
 #include "identification/fit/statistics.h"
 #include "identification/gap/parallel.h"
 
@@ -25,6 +26,8 @@ constexpr double kBridgedPeriods = 5;
 /// so many standard deviations of the difference: a given model may be wrong by a factor.
 constexpr double kWrongFactor = 2.5;
 constexpr double kOfTopSpeed = 0.5;
+/// Quantile of the speeds that is their top.
+constexpr double kTopSpeed = 0.99;
 constexpr double kDeviations = 10;
 /// Where more of the steps jump, columns or factors are wrong.
 constexpr double kMostJumps = 0.1;
@@ -131,13 +134,6 @@ WheelSpeeds wheel_speeds(const BaseRolling& rolling, const BaseRun& run, int flo
   return nearby;
 }
 
-double upper_quantile(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
 /// Which steps of a track no wheel explains.
 std::vector<bool> jumps_of(const BaseRolling& rolling, const BaseDescription& base, const BaseRun& run,
                            const BaseTrack& track, int floor, double longest_delay_s) {
@@ -145,9 +141,9 @@ std::vector<bool> jumps_of(const BaseRolling& rolling, const BaseDescription& ba
   std::vector<bool> jumps(steps, false);
   if (steps == 0) return jumps;
   const WheelSpeeds speeds = wheel_speeds(rolling, run, floor, longest_delay_s);
-  const double top_m_per_s = upper_quantile(speeds.along_m_per_s);
+  const double top_m_per_s = fit::quantile(speeds.along_m_per_s, kTopSpeed);
   const double top_rad_per_s =
-      std::max(upper_quantile(speeds.turn_rad_per_s), top_m_per_s / base.turning_length_m);
+      std::max(fit::quantile(speeds.turn_rad_per_s, kTopSpeed), top_m_per_s / base.turning_length_m);
   std::vector<double> off_m(steps);
   std::vector<double> off_rad(steps);
   std::vector<double> bound_m(steps);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "control/base_rolling.h"
+#include "identification/fit/quantile.h"
 #include "identification/fit/statistics.h"
 #include "identification/gap/parallel.h"
 #include "identification/robot_gap/base_experiments.h"
@@ -42,14 +43,6 @@ constexpr double kEnoughBaseBlocks = 24;
 constexpr double kRests = 0.05;
 constexpr std::array<const char*, 3> kChannelNames{"forward", "sideways", "heading"};
 constexpr double kSmallestFloor = 1e-9;
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 double median_pose_period_s(std::span<const BaseMotion> motions) {
   std::vector<double> steps;
@@ -127,14 +120,14 @@ void BaseSubject::see_speeds() {
       speeds.push_back(rolled_m(given_, wheels) / length_s);
       turns.push_back(std::abs(predicted(rolling, wheels, motion.floor)[2]) / length_s);
     }
-  rest_m_per_s_ = kRests * quantile(speeds, 0.95);
+  rest_m_per_s_ = kRests * fit::quantile(speeds, 0.95);
   std::erase_if(speeds, [&](double speed) { return speed <= rest_m_per_s_; });
   if (speeds.empty())
     throw std::invalid_argument(
         "no wheel turns in the recordings while the pose is seen: check the wheels' columns and factors");
   moving_s_ = static_cast<double>(speeds.size()) * window_s;
-  speed_m_per_s_ = quantile(std::move(speeds), 0.5);
-  turn_rad_per_s_ = quantile(std::move(turns), 0.95);
+  speed_m_per_s_ = fit::quantile(std::move(speeds), 0.5);
+  turn_rad_per_s_ = fit::quantile(std::move(turns), 0.95);
 }
 
 /// What comes and goes when the base starts and stops is in each window once, as is noise of the poses.
@@ -453,7 +446,9 @@ ComparedRows BaseSubject::compare(Part part, const Fitted& at, std::span<const s
           moved[static_cast<Eigen::Index>(terms[k])] += by;
           return efforts_->excess(part, changed(moved));
         };
-        return Eigen::MatrixX3d((excess(-step) - excess(step)) / (2 * step));
+        return terms_.terms[terms[k]].is_positive()
+                   ? Eigen::MatrixX3d((excess(0) - excess(step)) / step)
+                   : Eigen::MatrixX3d((excess(-step) - excess(step)) / (2 * step));
       };
       const auto column = static_cast<Eigen::Index>(k);
       result.columns.col(column) =

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 namespace identification::robot_gap {
@@ -16,24 +17,21 @@ constexpr double kFactor = 0.5;          // of a length or radius
 constexpr double kLargeAngle_rad = 0.5;  // linear enough
 constexpr double kMostSlip = 0.9;
 constexpr double kSteepest = 0.3;
+/// Of a floor, given or found.
+constexpr double kSteepestSlope = 1;
 constexpr double kSmall = 1e-4;
 /// Steps of forces and torques: predictions are sums over them.
 constexpr double kForceStep = 1e-3;
 /// A base may lose this share of its mass.
 constexpr double kMostMassLost = 0.95;
+/// Of the given torque_scale.
 constexpr double kLeastScale = 0.2;
 
-const char* turning_name(BaseKinematics kinematics) {
-  switch (kinematics) {
-    case BaseKinematics::kDifferential: return "track_m";
-    case BaseKinematics::kTricycle: return "wheelbase_m";
-    case BaseKinematics::kOmni: return "radius_m";
-    case BaseKinematics::kMecanum: return "turning_length_m";
-  }
-  return "";
-}
-
 gap::Bounds length_bounds(double value) { return {-kFactor * value, value / kFactor - value}; }
+/// A change of at most `most` of a value that stays within ± `limit`.
+gap::Bounds within(double value, double most, double limit) {
+  return {std::clamp(-limit - value, -most, 0.0), std::clamp(limit - value, 0.0, most)};
+}
 gap::Bounds slip_bounds(double value) { return {std::min(0.0, -value), std::max(0.0, kMostSlip - value)}; }
 /// Dissipation and inertia are not negative.
 gap::Bounds positive_bounds(double value) { return {-value, std::numeric_limits<double>::infinity()}; }
@@ -49,6 +47,20 @@ double least_of_wheels(const BaseDescription& base, double Wheel::*of) {
   return least;
 }
 
+/// A change of all wheels and one of a single wheel may add up to less than nothing.
+void keep_positive(BaseDescription& base, const BaseDescription& given) {
+  for (std::size_t w = 0; w < base.wheels.size(); ++w) {
+    Wheel& wheel = base.wheels[w];
+    wheel.radius_m = std::max(wheel.radius_m, kFactor * kFactor * given.wheels[w].radius_m);
+    for (double* const one : {&wheel.coulomb_Nm, &wheel.viscous_Nm_s_per_rad, &wheel.inertia_kg_m2})
+      *one = std::max(0.0, *one);
+  }
+  for (double* const one :
+       {&base.body.yaw_inertia_kg_m2, &base.body.sideways_resistance_N, &base.body.turning_resistance_Nm})
+    *one = std::max(0.0, *one);
+  for (BaseDescription::Floor& floor : base.floors) floor.resistance_N = std::max(0.0, floor.resistance_N);
+}
+
 class BaseCollector {
  public:
   BaseCollector(const BaseDescription& given, std::span<const BaseRecording> recordings)
@@ -59,7 +71,7 @@ class BaseCollector {
     add_term("radius_m", mean_m, length_bounds(mean_m), {Kind::kAllRadii, 0, kSmall * mean_m});
     add_candidate("wheel_radius", -1, "base", 1);
     const double turning_m = given_.turning_length_m;
-    add_term(turning_name(given_.kinematics), turning_m, length_bounds(turning_m),
+    add_term(control::turning_length_name(given_.kinematics), turning_m, length_bounds(turning_m),
              {Kind::kTurningLength, 0, kSmall * turning_m});
     add_candidate("turning_geometry", -1, "base", 1);
     if (given_.wheels.size() > 1)
@@ -69,7 +81,8 @@ class BaseCollector {
         add_candidate("wheel_radius", static_cast<int>(w), given_.wheels[w].name, 1);
       }
     if (given_.kinematics == BaseKinematics::kTricycle) {
-      add_term("steering_offset_rad", given_.steering_offset_rad, {-kLargeAngle_rad, kLargeAngle_rad},
+      add_term("steering_offset_rad", given_.steering_offset_rad,
+               within(given_.steering_offset_rad, kLargeAngle_rad, std::numbers::pi),
                {Kind::kSteeringOffset, 0, kSmall});
       add_candidate("steering_offset", -1, "steering", 1);
     }
@@ -109,8 +122,10 @@ class BaseCollector {
     add_term("centre_x_m", body.p_BC_m.x(), anywhere, {Kind::kCentreX, 0, kForceStep});
     add_term("centre_y_m", body.p_BC_m.y(), anywhere, {Kind::kCentreY, 0, kForceStep});
     add_candidate("centre_of_mass", -1, "base", 2);
-    add_term("slope_x", body.slope.x(), {-kSteepest, kSteepest}, {Kind::kSlopeX, 0, kForceStep});
-    add_term("slope_y", body.slope.y(), {-kSteepest, kSteepest}, {Kind::kSlopeY, 0, kForceStep});
+    add_term("slope_x", body.slope.x(), within(body.slope.x(), kSteepest, kSteepestSlope),
+             {Kind::kSlopeX, 0, kForceStep});
+    add_term("slope_y", body.slope.y(), within(body.slope.y(), kSteepest, kSteepestSlope),
+             {Kind::kSlopeY, 0, kForceStep});
     add_candidate("floor_slope", -1, "floor", 2);
   }
 
@@ -183,15 +198,18 @@ class BaseCollector {
   void add_of_wheels(const char* effect, const char* name, double Wheel::*of, Kind all, Kind single) {
     const bool is_scale = all == Kind::kAllTorques;
     const auto bounds = [&](double value) {
-      return is_scale ? gap::Bounds{std::min(0.0, kLeastScale - value)} : positive_bounds(value);
+      return is_scale ? gap::Bounds{(kLeastScale - 1) * value} : positive_bounds(value);
     };
-    add_term(name, mean_of_wheels(given_, of), bounds(least_of_wheels(given_, of)), {all, 0, kForceStep});
+    const auto step = [&](double value) { return is_scale ? kForceStep * value : kForceStep; };
+    const double mean = mean_of_wheels(given_, of);
+    add_term(name, mean, bounds(is_scale ? mean : least_of_wheels(given_, of)), {all, 0, step(mean)});
     add_candidate(effect, -1, "base", 1);
     all_.catalogue.candidates.back().is_refit =
-        (all == Kind::kAllCoulomb || all == Kind::kAllViscous) && mean_of_wheels(given_, of) != 0;
+        (all == Kind::kAllCoulomb || all == Kind::kAllViscous) && mean != 0;
     if (given_.wheels.size() < 2) return;
     for (std::size_t w = 0; w < given_.wheels.size(); ++w) {
-      add_term(name, given_.wheels[w].*of, bounds(given_.wheels[w].*of), {single, w, kForceStep});
+      add_term(name, given_.wheels[w].*of, bounds(given_.wheels[w].*of),
+               {single, w, step(given_.wheels[w].*of)});
       add_candidate(effect, static_cast<int>(w), given_.wheels[w].name, 1);
     }
   }
@@ -241,7 +259,7 @@ BaseDescription changed(const BaseDescription& given, const BaseCatalogue& all,
       case Kind::kCentreX: base.body.p_BC_m.x() += by; break;
       case Kind::kCentreY: base.body.p_BC_m.y() += by; break;
       case Kind::kAllTorques: scale_all(&Wheel::torque_scale); break;
-      case Kind::kTorque: base.wheels[index].torque_scale += by; break;
+      case Kind::kTorque: base.wheels[index].torque_scale *= 1 + by / all.catalogue.terms[k].given; break;
       case Kind::kTorqueOffset: base.wheels[index].offset_Nm += by; break;
       case Kind::kAllCoulomb: add_to_all(&Wheel::coulomb_Nm); break;
       case Kind::kCoulomb: base.wheels[index].coulomb_Nm += by; break;
@@ -256,6 +274,7 @@ BaseDescription changed(const BaseDescription& given, const BaseCatalogue& all,
       case Kind::kFloorResistance: base.floors[index].resistance_N += by; break;
     }
   }
+  keep_positive(base, given);
   return base;
 }
 

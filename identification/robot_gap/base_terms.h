@@ -53,6 +53,11 @@ struct BaseTerm {
   std::size_t index = 0;  ///< wheel or floor
   double step = 0;        ///< for a derivative
   bool of_forces() const noexcept { return kind >= Kind::kMass; }
+  /// Dissipation or inertia: changed() keeps it from being negative, and its derivative steps upwards.
+  bool is_positive() const noexcept {
+    return kind == Kind::kYawInertia || (kind >= Kind::kAllCoulomb && kind <= Kind::kInertia) ||
+           kind >= Kind::kSidewaysResistance;
+  }
 };
 
 struct BaseCatalogue {
@@ -64,7 +69,8 @@ struct BaseCatalogue {
 BaseCatalogue base_catalogue(const control::BaseDescription& given, std::span<const BaseRecording> recordings,
                              bool with_forces);
 
-/// The description with a change of every term.
+/// The description with a change of every term. Changes that add up to a negative friction or inertia of a
+/// wheel make it zero.
 control::BaseDescription changed(const control::BaseDescription& given, const BaseCatalogue& all,
                                  const Eigen::VectorXd& changes);
 

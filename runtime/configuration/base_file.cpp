@@ -98,7 +98,7 @@ class BaseReader {
       base().turning_length_m = 0.5 * (result_.wheelbase_m + result_.track_m);
       table.number("turning_length_m", base().turning_length_m, {.min = kShortest_m, .max = kLongest_m});
     } else {
-      table.number(base_turning_key(base().kinematics), base().turning_length_m, length);
+      table.number(control::turning_length_name(base().kinematics), base().turning_length_m, length);
     }
     if (base().kinematics == BaseKinematics::kTricycle)
       table.number("steering_offset_rad", base().steering_offset_rad,

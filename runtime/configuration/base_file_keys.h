@@ -17,14 +17,4 @@ inline constexpr std::array<std::pair<std::string_view, control::BaseKinematics>
      {"omni", control::BaseKinematics::kOmni},
      {"mecanum", control::BaseKinematics::kMecanum}}};
 
-inline const char* base_turning_key(control::BaseKinematics kinematics) {
-  switch (kinematics) {
-    case control::BaseKinematics::kDifferential: return "track_m";
-    case control::BaseKinematics::kTricycle: return "wheelbase_m";
-    case control::BaseKinematics::kOmni: return "radius_m";
-    case control::BaseKinematics::kMecanum: return "turning_length_m";
-  }
-  return "";
-}
-
 }  // namespace runtime

@@ -72,7 +72,7 @@ class BaseWriter {
       number("track_m", file_.track_m);
       if (base().turning_length_m == 0.5 * (file_.wheelbase_m + file_.track_m)) return end_base();
     }
-    number(base_turning_key(base().kinematics), base().turning_length_m);
+    number(control::turning_length_name(base().kinematics), base().turning_length_m);
     end_base();
   }
   void end_base() {

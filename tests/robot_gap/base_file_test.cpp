@@ -4,9 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
+#include <random>
 #include <string>
+#include <vector>
 
+#include "identification/robot_gap/base_terms.h"
 #include "runtime/configuration/toml_reader.h"
 #include "tests/support/temporary_directory.h"
 
@@ -234,6 +238,94 @@ TEST_F(BaseFile, WhatIsWrongIsReportedWithItsLineAndItsRemedy) {
   expect_refused(kTwoWheels, "x_column = \"x\"", "x_column = \"y\"", 16, "each has its own column");
   expect_refused(kTwoWheels, "heading_column = \"th\"\n", "heading_column = \"th\"\nsacle = 1\n", 20,
                  "sacle");
+}
+
+runtime::BaseFile weighed(control::BaseKinematics kinematics) {
+  using control::BaseKinematics;
+  runtime::BaseFile file;
+  file.name = "weighed";
+  control::BaseDescription& base = file.base;
+  base.kinematics = kinematics;
+  base.turning_length_m = 0.2;
+  file.wheelbase_m = file.track_m = 0.2;
+  base.body.mass_kg = 5;
+  base.body.yaw_inertia_kg_m2 = 0.06;
+  base.body.slope = {0.9, -0.05};
+  base.floors = {{.name = "table", .slip = 0.02}, {.name = "carpet", .slip = 0.05, .resistance_N = 1}};
+  file.floor_recordings = {{"table"}, {"carpet"}};
+  std::vector<std::string> names{"left", "right"};
+  if (kinematics == BaseKinematics::kTricycle) names = {"front"};
+  if (kinematics == BaseKinematics::kOmni) names = {"w1", "w2", "w3"};
+  if (kinematics == BaseKinematics::kMecanum) names = {"fl", "fr", "rl", "rr"};
+  for (const std::string& name : names) {
+    base.wheels.push_back({.name = name,
+                           .radius_m = 0.05,
+                           .angle_rad = 2 * static_cast<double>(base.wheels.size()),
+                           .torque_scale = 3,
+                           .inertia_kg_m2 = 4e-4,
+                           .coulomb_Nm = 0.02,
+                           .viscous_Nm_s_per_rad = 0.003});
+    file.columns.wheels.push_back({.position = name, .speed = "", .load = "", .torque = name + "_torque"});
+  }
+  if (kinematics == BaseKinematics::kTricycle) {
+    base.steering_offset_rad = -3;
+    file.columns.steering = "steering";
+  }
+  file.columns.x = "x";
+  file.columns.y = "y";
+  file.columns.heading = "th";
+  return file;
+}
+
+// A correction of all wheels and one of a single wheel may add up to less than no friction.
+TEST_F(BaseFile, WhateverTheSearchFindsIsReadBack) {
+  namespace robot_gap = identification::robot_gap;
+  std::mt19937 random(1);
+  for (const control::BaseKinematics kinematics :
+       {control::BaseKinematics::kDifferential, control::BaseKinematics::kTricycle,
+        control::BaseKinematics::kOmni, control::BaseKinematics::kMecanum}) {
+    const runtime::BaseFile given = weighed(kinematics);
+    std::vector<robot_gap::BaseRecording> recordings(2);
+    for (int f = 0; f < 2; ++f) {
+      recordings[static_cast<std::size_t>(f)].floor = f;
+      recordings[static_cast<std::size_t>(f)].load =
+          Eigen::MatrixXd::Ones(static_cast<Eigen::Index>(given.base.wheels.size()), 2);
+    }
+    const robot_gap::BaseCatalogue all = robot_gap::base_catalogue(given.base, recordings, true);
+    for (int draw = 0; draw < 40; ++draw) {
+      Eigen::VectorXd changes(static_cast<Eigen::Index>(all.terms.size()));
+      for (std::size_t k = 0; k < all.terms.size(); ++k) {
+        const auto& bounds = all.catalogue.terms[k].change;
+        // The first: as small as can be.
+        const double by = draw == 0 || random() % 2 == 0 ? bounds.lower : bounds.upper;
+        changes[static_cast<Eigen::Index>(k)] = std::isfinite(by) ? by : 0.3 * all.catalogue.terms[k].given;
+      }
+      runtime::BaseFile found = given;
+      found.base = robot_gap::changed(given.base, all, changes);
+      const runtime::BaseFile again = read(runtime::base_file_text(found, {}, {}));
+      ASSERT_EQ(again.base.wheels.size(), found.base.wheels.size());
+      for (std::size_t w = 0; w < found.base.wheels.size(); ++w)
+        EXPECT_EQ(again.base.wheels[w].coulomb_Nm, found.base.wheels[w].coulomb_Nm);
+    }
+  }
+}
+
+// A scale of 20 may become 4; one of 0.05 stays positive.
+TEST(BaseTerms, BoundsOfATorqueScaleGoWithTheGivenOne) {
+  namespace robot_gap = identification::robot_gap;
+  for (const double scale : {20.0, 0.05}) {
+    control::BaseDescription base = weighed(control::BaseKinematics::kDifferential).base;
+    for (control::BaseDescription::Wheel& wheel : base.wheels) wheel.torque_scale = scale;
+    const robot_gap::BaseCatalogue all = robot_gap::base_catalogue(base, {}, true);
+    int found = 0;
+    for (std::size_t k = 0; k < all.terms.size(); ++k) {
+      if (all.catalogue.terms[k].name != "torque_scale") continue;
+      ++found;
+      EXPECT_NEAR(all.catalogue.terms[k].change.lower, -0.8 * scale, 1e-12);
+      EXPECT_NEAR(all.terms[k].step, 1e-3 * scale, 1e-12);
+    }
+    EXPECT_EQ(found, 3);  // of both wheels together, and of each
+  }
 }
 
 }  // namespace base_file_test
