@@ -48,7 +48,12 @@ std::vector<Eigen::Index> effort_axes(BaseKinematics kinematics) {
 
 BaseForces::BaseForces(const BaseDescription& base, const BaseDescription& given, int floor)
     : base_(base), reported_(torques_of_forces(base).cwiseQuotient(torques_of_forces(given))) {
-  if (floor >= 0) floor_resistance_N_ = base.floors[static_cast<std::size_t>(floor)].resistance_N;
+  if (floor >= 0) {
+    const BaseDescription::Floor& own = base.floors[static_cast<std::size_t>(floor)];
+    floor_resistance_N_ = own.resistance_N;
+    moved_turning_ -= own.slip;
+  }
+  moved_along_ = moved_turning_ - base.slip_forward;
   const auto wheels = static_cast<Eigen::Index>(base.wheels.size());
   scales_.resize(wheels);
   for (Eigen::Index w = 0; w < wheels; ++w)
@@ -100,7 +105,7 @@ Eigen::VectorXd BaseForces::reported_torques(const EffortWindow& window) const {
 Eigen::Vector3d BaseForces::needed(const EffortWindow& window) const {
   if (base_.kinematics == BaseKinematics::kTricycle) return {needed_along(window), 0, 0};
   const BaseDescription::Body& body = base_.body;
-  const Eigen::Vector3d change = twists_ * window.acceleration_rad_per_s2;
+  const Eigen::Vector3d change = twists_ * window.rolled_rad_per_s2;
   const Eigen::Matrix3d products = twists_ * window.speed_products * twists_.transpose();
   const double m = body.mass_kg;
   const double cx = body.p_BC_m.x();
@@ -128,8 +133,11 @@ double BaseForces::needed_along(const EffortWindow& window) const {
   const Eigen::Rotation2Dd to_base(-base_.tracking.yaw_BT_rad);
   const Eigen::Vector2d c_yaw = to_base * steered.c_yaw;
   const Eigen::Vector2d s_yaw = to_base * steered.s_yaw;
-  return radius_m * (body.mass_kg * steered.cc + inertia / (length_m * length_m) * steered.ss -
-                     body.mass_kg * cy / length_m * steered.cs) +
+  const double along = moved_along_ * radius_m;
+  const double turned = moved_turning_ * radius_m / length_m;
+  return body.mass_kg * along * steered.cc + inertia * turned / length_m * steered.ss -
+         body.mass_kg * cy * (turned * steered.cs + along / length_m * steered.sc) +
+         body.mass_kg * cx * turned * (along / length_m - turned) * steered.css +
          body.mass_kg * model::kGravity_m_per_s2 *
              (uphill(c_yaw, body.slope) +
               (cx * across(s_yaw, body.slope) - cy * uphill(s_yaw, body.slope)) / length_m) +
@@ -156,6 +164,7 @@ Eigen::Vector3d effort_floor(const BaseDescription& base, std::span<const BaseMo
         other = window;
         const double more = std::sqrt(window.of_motion_noise) * noise.motion[w];
         other.acceleration_rad_per_s2[w] += more;
+        other.rolled_rad_per_s2[w] += more;
         other.steered.cc += more;
         add(other);
       }

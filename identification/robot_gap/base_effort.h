@@ -45,6 +45,8 @@ class BaseForces {
 
   control::BaseDescription base_;
   double floor_resistance_N_ = 0;
+  double moved_turning_ = 1;  // share of the motion that slip leaves
+  double moved_along_ = 1;
   Eigen::MatrixX3d rates_;    // of the wheels, by the twist without slip
   Eigen::Matrix3Xd twists_;   // by the rates
   Eigen::VectorXd scales_;    // of the torques

@@ -6,6 +6,8 @@
 #include <numbers>
 
 #include "control/base_rolling.h"
+#include "identification/fit/quantile.h"
+#include "identification/fit/statistics.h"
 
 namespace identification::robot_gap {
 namespace {
@@ -18,11 +20,18 @@ using control::PlanarVector;
 /// Below this share of its top speed a wheel may be at rest.
 constexpr double kRestOfTop = 0.05;
 constexpr double kTopQuantile = 0.95;
+/// A direction of the base is smoothed below this share of its top speed, and below so many standard
+/// deviations of its noise. A resistance acts in full at low speeds: as wheels turn unevenly, a base that
+/// goes straight on turns slowly to and fro.
+constexpr double kSignOfTop = 0.01;
+constexpr double kSignOfNoise = 2;
 constexpr double kOverlap = 0.5;
 /// Samples in a window.
 constexpr double kLeastSamples = 6;
 /// Speeds are smoothed over this share of a window before it is asked whether they are zero.
 constexpr double kSmoothed = 0.125;
+/// Or over so many rows where little is averaged.
+constexpr std::size_t kSmoothedIntervals = 3;
 
 /// The weight sin² of a window, as a density, and its integral.
 struct SineSquared {
@@ -51,10 +60,10 @@ RowRange rows_between(const std::vector<double>& time_s, double start_s, double 
   return {static_cast<std::size_t>(first), static_cast<std::size_t>(std::clamp(until, first, end))};
 }
 
-/// Mean speed in the interval after a row.
-Eigen::VectorXd speed_after(const BaseRun& run, std::size_t row) {
+/// Mean speed in the interval after a row. `angle_rad`: of the run, or any of its sums.
+Eigen::VectorXd speed_after(const BaseRun& run, const Eigen::MatrixXd& angle_rad, std::size_t row) {
   const auto at = static_cast<Eigen::Index>(row);
-  return (run.angle_rad.col(at + 1) - run.angle_rad.col(at)) / (run.time_s[row + 1] - run.time_s[row]);
+  return (angle_rad.col(at + 1) - angle_rad.col(at)) / (run.time_s[row + 1] - run.time_s[row]);
 }
 
 /// Speeds of the intervals of a run, each the mean over its neighbourhood; wheels × intervals.
@@ -72,14 +81,6 @@ Eigen::MatrixXd smooth_speeds(const BaseRun& run, double smooth_s) {
                                                (run.time_s[last] - run.time_s[first]);
   }
   return result;
-}
-
-double top_of(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(kTopQuantile * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
 }
 
 PlanarVector twist_of(const BaseRolling& rolling, const Eigen::VectorXd& speeds, double steering_rad,
@@ -135,7 +136,12 @@ control::PlanarPose pose_at(const BaseTrack& track, double t_s) {
 class WindowFiller {
  public:
   WindowFiller(const BaseRun& run, const BaseDescription& base, const RestSpeeds& rest, int floor)
-      : run_(run), base_(base), rest_(rest), rolling_(base), floor_(floor) {}
+      : run_(run),
+        base_(base),
+        rest_(rest),
+        rolling_(base),
+        floor_(floor),
+        smooth_(smooth_speeds(run, rest.smooth_s)) {}
 
   EffortWindow filled(std::size_t run_number, const BaseTrack& track, double start_s, double length_s,
                       double lag_s) const {
@@ -148,6 +154,7 @@ class WindowFiller {
     const Eigen::Index wheels = run_.angle_rad.rows();
     window.speed_rad_per_s = Eigen::VectorXd::Zero(wheels);
     window.acceleration_rad_per_s2 = Eigen::VectorXd::Zero(wheels);
+    window.rolled_rad_per_s2 = Eigen::VectorXd::Zero(wheels);
     window.speed_products = Eigen::MatrixXd::Zero(wheels, wheels);
     window.cos_yaw = 0;
     window.twist.setZero();
@@ -160,19 +167,23 @@ class WindowFiller {
       const double to_s = run_.time_s[k + 1];
       const double share = weight.integral(to_s) - weight.integral(from_s);
       const double change_per_s = weight.density_per_s(to_s) - weight.density_per_s(from_s);
-      const Eigen::VectorXd speed = speed_after(run_, k);
+      const Eigen::VectorXd speed = speed_after(run_, run_.angle_rad, k);
+      const Eigen::VectorXd rolled = rolled_after(k, speed);
       const double steering_rad = steering_after(run_, k);
-      const PlanarVector twist = twist_of(rolling_, speed, steering_rad, floor_);
+      const PlanarVector twist = twist_of(rolling_, rolled, steering_rad, floor_);
       const double yaw_rad = pose_at(track, 0.5 * (from_s + to_s)).yaw_rad;
-      const double turning_sign = std::tanh(twist[2] / rest_.twist[2]);
+      const PlanarVector smooth =
+          twist_of(rolling_, smooth_.col(static_cast<Eigen::Index>(k)), steering_rad, floor_);
+      const double turning_sign = std::tanh(smooth[2] / rest_.twist[2]);
       window.speed_rad_per_s += share * speed;
       window.acceleration_rad_per_s2 -= change_per_s * speed;
-      window.speed_products += share * speed * speed.transpose();
+      window.rolled_rad_per_s2 -= change_per_s * rolled;
+      window.speed_products += share * rolled * rolled.transpose();
       window.twist += share * twist;
       window.cos_yaw += share * std::cos(yaw_rad);
       window.sin_yaw += share * std::sin(yaw_rad);
       window.turning_sign += share * turning_sign;
-      if (rest_.twist[1] > 0) window.sideways_sign += share * std::tanh(twist[1] / rest_.twist[1]);
+      if (rest_.twist[1] > 0) window.sideways_sign += share * std::tanh(smooth[1] / rest_.twist[1]);
       window.of_torque_noise += share * share;
       const double slope = change_per_s / (to_s - from_s);
       window.of_motion_noise += run_.is_speed
@@ -181,7 +192,7 @@ class WindowFiller {
       slope_before = slope;
       change_before = change_per_s;
       if (base_.kinematics == BaseKinematics::kTricycle)
-        add_steered(window.steered, k, weight, speed[0], share, yaw_rad, turning_sign);
+        add_steered(window.steered, k, weight, rolled[0], share, yaw_rad, turning_sign);
     }
     window.of_motion_noise +=
         run_.is_speed ? 0.25 * change_before * change_before : slope_before * slope_before;
@@ -190,6 +201,10 @@ class WindowFiller {
   }
 
  private:
+  Eigen::VectorXd rolled_after(std::size_t row, const Eigen::VectorXd& speed) const {
+    if (base_.slip_with_load == 0 || run_.loaded_rad.size() == 0) return speed;
+    return speed - base_.slip_with_load * speed_after(run_, run_.loaded_rad, row);
+  }
   void add_steered(EffortWindow::Steered& steered, std::size_t k, const SineSquared& weight, double speed,
                    double share, double yaw_rad, double turning_sign) const {
     const auto angle = [&](std::size_t row) { return run_.steering_rad[row] + base_.steering_offset_rad; };
@@ -202,7 +217,9 @@ class WindowFiller {
     const double change_s = after * std::sin(angle(k + 1)) - before * std::sin(angle(k));
     steered.cc -= change_c * c * speed;
     steered.ss -= change_s * s * speed;
-    steered.cs -= (change_c * s + change_s * c) * speed;
+    steered.cs -= change_s * c * speed;
+    steered.sc -= change_c * s * speed;
+    steered.css += share * c * s * s * speed * speed;
     const Eigen::Vector2d yaw(std::cos(yaw_rad), std::sin(yaw_rad));
     steered.c_yaw += share * c * yaw;
     steered.s_yaw += share * s * yaw;
@@ -214,6 +231,7 @@ class WindowFiller {
   const RestSpeeds& rest_;
   BaseRolling rolling_;
   int floor_;
+  Eigen::MatrixXd smooth_;  // speeds, wheels × intervals
 };
 
 /// Weights of four neighbours that leave nothing of a parabola, however they are spaced; of norm 1.
@@ -235,24 +253,38 @@ RestSpeeds rest_speeds(std::span<const BaseMotion> motions, const BaseDescriptio
   const std::size_t wheels = base.wheels.size();
   std::vector<std::vector<double>> speeds(wheels);
   std::array<std::vector<double>, 3> twists;
+  std::array<std::vector<double>, 3> bends;  // second differences
   const BaseRolling rolling(base);
   for (const BaseMotion& motion : motions)
     for (const BaseRun& run : motion.runs) {
       const Eigen::MatrixXd own = smooth_speeds(run, smooth_s);
+      std::vector<PlanarVector> seen;
       for (Eigen::Index k = 0; k < own.cols(); ++k) {
         for (std::size_t w = 0; w < wheels; ++w)
           speeds[w].push_back(std::abs(own(static_cast<Eigen::Index>(w), k)));
         const PlanarVector twist =
             twist_of(rolling, own.col(k), steering_after(run, static_cast<std::size_t>(k)), motion.floor);
+        seen.push_back(twist);
         for (std::size_t i = 0; i < 3; ++i)
           twists[i].push_back(std::abs(twist[static_cast<Eigen::Index>(i)]));
       }
+      // Means that share no row.
+      const std::size_t apart = kSmoothedIntervals;
+      for (std::size_t k = 2 * apart; k < seen.size(); ++k)
+        for (std::size_t i = 0; i < 3; ++i) {
+          const auto axis = static_cast<Eigen::Index>(i);
+          const double bend = seen[k][axis] - 2 * seen[k - apart][axis] + seen[k - 2 * apart][axis];
+          if (bend != 0) bends[i].push_back(std::abs(bend));
+        }
     }
-  RestSpeeds rest{Eigen::VectorXd(static_cast<Eigen::Index>(wheels)), PlanarVector::Zero()};
+  RestSpeeds rest{Eigen::VectorXd(static_cast<Eigen::Index>(wheels)), PlanarVector::Zero(), smooth_s};
   for (std::size_t w = 0; w < wheels; ++w)
-    rest.wheel_rad_per_s[static_cast<Eigen::Index>(w)] = kRestOfTop * top_of(std::move(speeds[w]));
+    rest.wheel_rad_per_s[static_cast<Eigen::Index>(w)] =
+        kRestOfTop * fit::quantile(std::move(speeds[w]), kTopQuantile);
   for (std::size_t i = 0; i < 3; ++i)
-    rest.twist[static_cast<Eigen::Index>(i)] = kRestOfTop * top_of(std::move(twists[i]));
+    rest.twist[static_cast<Eigen::Index>(i)] =
+        std::max(kSignOfTop * fit::quantile(std::move(twists[i]), kTopQuantile),
+                 kSignOfNoise * fit::robust_sigma(std::move(bends[i])) / std::sqrt(6.0));
   // A base that never turns has no direction of turning.
   rest.twist[2] = std::max(rest.twist[2], 1e-9);
   return rest;
@@ -324,7 +356,7 @@ EffortNoise effort_noise(std::span<const BaseMotion> motions, const RestSpeeds& 
           if (run.is_speed) {
             Eigen::VectorXd speed = Eigen::VectorXd::Zero(wheels);
             for (Eigen::Index i = 0; i < 4; ++i)
-              speed += weights[i] * speed_after(run, static_cast<std::size_t>(at + i));
+              speed += weights[i] * speed_after(run, run.angle_rad, static_cast<std::size_t>(at + i));
             of_motion += speed.cwiseAbs2() / kOfAveragedSpeeds;
           } else {
             of_motion += (run.angle_rad.middleCols(at, 4) * weights).cwiseAbs2();

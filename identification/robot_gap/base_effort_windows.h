@@ -26,8 +26,10 @@ struct EffortWindow {
   Eigen::VectorXd torque_Nm;
   Eigen::VectorXd speed_rad_per_s;
   Eigen::VectorXd acceleration_rad_per_s2;
+  /// Less what the given slip by load loses: of what the base moves by.
+  Eigen::VectorXd rolled_rad_per_s2;
   Eigen::VectorXd sign;            ///< of its speed; it does not change
-  Eigen::MatrixXd speed_products;  ///< of each with each [rad²/s²]
+  Eigen::MatrixXd speed_products;  ///< of what they roll, each with each [rad²/s²]
 
   double cos_yaw = 1;  ///< of the tracked body
   double sin_yaw = 0;
@@ -38,7 +40,9 @@ struct EffortWindow {
   struct Steered {
     double cc = 0;                                    ///< of c·d(c·ω)/dt
     double ss = 0;                                    ///< of s·d(s·ω)/dt
-    double cs = 0;                                    ///< of c·d(s·ω)/dt + s·d(c·ω)/dt
+    double cs = 0;                                    ///< of c·d(s·ω)/dt
+    double sc = 0;                                    ///< of s·d(c·ω)/dt
+    double css = 0;                                   ///< of c·s²·ω²
     Eigen::Vector2d c_yaw = Eigen::Vector2d::Zero();  ///< of c times cosine and sine of the yaw
     Eigen::Vector2d s_yaw = Eigen::Vector2d::Zero();
     double s_turning_sign = 0;
@@ -53,6 +57,7 @@ struct EffortWindow {
 struct RestSpeeds {
   Eigen::VectorXd wheel_rad_per_s;
   control::PlanarVector twist;  ///< below which a sign is smoothed
+  double smooth_s = 0;          ///< over which speeds are means
 };
 RestSpeeds rest_speeds(std::span<const BaseMotion> motions, const control::BaseDescription& base,
                        double smooth_s);

@@ -1,8 +1,6 @@
 #include "identification/robot_gap/base_experiments.h"
 
-#include <Eigen/QR>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
@@ -68,10 +66,9 @@ WheelSteps steps_of(const BaseRolling& given, const PlanarVector& displacement,
   return steps;
 }
 
-/// Of the excess, in a motion for which the given base has the torques.
-Eigen::Vector3d difference_of_forces(const BaseDescription& one, const BaseDescription& other,
-                                     const BaseDescription& given, const PlanarVector& twist,
-                                     const PlanarVector& change, double yaw_rad) {
+/// A steady twist that changes at a rate, by the given base without slip by load.
+EffortWindow window_of(const BaseDescription& given, const PlanarVector& twist, const PlanarVector& change,
+                       double yaw_rad) {
   const BaseRolling rolling(given);
   const auto wheels = [&](const PlanarVector& motion) {
     const std::vector<double> rates = rolling.wheels_for(motion).angle_rad;
@@ -81,25 +78,43 @@ Eigen::Vector3d difference_of_forces(const BaseDescription& one, const BaseDescr
   EffortWindow window;
   window.speed_rad_per_s = wheels(twist);
   window.acceleration_rad_per_s2 = wheels(change);
+  window.rolled_rad_per_s2 = window.acceleration_rad_per_s2;
   window.sign = window.speed_rad_per_s.cwiseSign();
   window.speed_products = window.speed_rad_per_s * window.speed_rad_per_s.transpose();
   window.cos_yaw = std::cos(yaw_rad);
   window.sin_yaw = std::sin(yaw_rad);
   window.sideways_sign = (0 < twist[1]) - (twist[1] < 0);
   window.turning_sign = (0 < twist[2]) - (twist[2] < 0);
-  window.steered.cc = window.acceleration_rad_per_s2[0];
-  window.steered.c_yaw = {window.cos_yaw, window.sin_yaw};
-  window.torque_Nm = Eigen::VectorXd::Zero(window.sign.size());
-  const BaseForces forces(given, given, -1);
-  const Eigen::Vector3d needed = -forces.excess(window);
-  Eigen::MatrixXd push(3, window.sign.size());
-  for (Eigen::Index w = 0; w < push.cols(); ++w) {
-    window.torque_Nm.setZero();
-    window.torque_Nm[w] = 1;
-    push.col(w) = forces.excess(window) + needed;
+  if (given.kinematics == BaseKinematics::kTricycle) {
+    const double steering = rolling.wheels_for(twist).steering_rad + given.steering_offset_rad;
+    const double c = std::cos(steering);
+    const double s = std::sin(steering);
+    const double speed = window.speed_rad_per_s[0];
+    const double rate = window.acceleration_rad_per_s2[0];
+    const Eigen::Vector2d yaw(window.cos_yaw, window.sin_yaw);
+    window.steered = {.cc = c * c * rate,
+                      .ss = s * s * rate,
+                      .cs = c * s * rate,
+                      .sc = c * s * rate,
+                      .css = c * s * s * speed * speed,
+                      .c_yaw = c * yaw,
+                      .s_yaw = s * yaw,
+                      .s_turning_sign = s * window.turning_sign};
   }
-  window.torque_Nm = push.completeOrthogonalDecomposition().solve(needed);
-  return BaseForces(one, given, -1).excess(window) - BaseForces(other, given, -1).excess(window);
+  window.torque_Nm = Eigen::VectorXd::Zero(window.sign.size());
+  return window;
+}
+
+/// Of the excess on a floor, in a motion for which the given base has the torques.
+Eigen::Vector3d difference_of_forces(const BaseDescription& one, const BaseDescription& other,
+                                     const BaseDescription& given, EffortWindow window, int floor) {
+  window.torque_Nm = BaseForces(given, given, floor).reported_torques(window);
+  return BaseForces(one, given, floor).excess(window) - BaseForces(other, given, floor).excess(window);
+}
+
+bool is_possible(BaseKinematics kinematics, const PlanarVector& twist) {
+  if (kinematics == BaseKinematics::kTricycle) return twist[0] != 0 && twist[1] == 0;
+  return twist[1] == 0 || kinematics == BaseKinematics::kOmni || kinematics == BaseKinematics::kMecanum;
 }
 
 }  // namespace
@@ -171,26 +186,27 @@ std::string deciding_force(const BaseDescription& one, const BaseDescription& ot
       {"turning steadily on the spot", {0, 0, turn_rad_per_s}, {0, 0, 0}},
       {"on a circle", {speed, 0, turn_rad_per_s}, {0, 0, 0}},
       {"speeding up forward", {speed, 0, 0}, {2 * speed, 0, 0}},
+      {"speeding up on a circle", {speed, 0, turn_rad_per_s}, {2 * speed, 0, 2 * turn_rad_per_s}},
       {"speeding up sideways", {0, speed, 0}, {0, 2 * speed, 0}},
       {"speeding up on the spot", {0, 0, turn_rad_per_s}, {0, 0, 2 * turn_rad_per_s}}};
   double most = 0;
   std::string name;
   for (const TriedState& state : states) {
-    if (std::ranges::any_of(std::array<Eigen::Index, 3>{0, 1, 2}, [&](Eigen::Index axis) {
-          return state.twist[axis] != 0 && std::ranges::find(axes, axis) == axes.end();
-        }))
-      continue;
-    for (const double yaw_rad : {0.0, std::numbers::pi / 2}) {
-      const Eigen::Vector3d difference =
-          difference_of_forces(one, other, seen.given, state.twist, state.change, yaw_rad)
-              .cwiseQuotient(force_floor.cwiseMax(1e-12));
-      double own = 0;
-      for (const Eigen::Index axis : axes) own = std::max(own, std::abs(difference[axis]));
-      if (own <= 1.1 * most) continue;
-      most = own;
-      name = state.name;
-      if (yaw_rad > 0) name += ", with the heading at 90°";
-    }
+    if (!is_possible(seen.given.kinematics, state.twist)) continue;
+    for (int floor = seen.given.floors.empty() ? -1 : 0; floor < static_cast<int>(seen.given.floors.size());
+         ++floor)
+      for (const double yaw_rad : {0.0, std::numbers::pi / 2}) {
+        const EffortWindow window = window_of(seen.given, state.twist, state.change, yaw_rad);
+        const Eigen::Vector3d difference = difference_of_forces(one, other, seen.given, window, floor)
+                                               .cwiseQuotient(force_floor.cwiseMax(1e-12));
+        double own = 0;
+        for (const Eigen::Index axis : axes) own = std::max(own, std::abs(difference[axis]));
+        if (own <= 1.1 * most) continue;
+        most = own;
+        name = state.name;
+        if (floor >= 0) name += " on " + seen.given.floors[static_cast<std::size_t>(floor)].name;
+        if (yaw_rad > 0) name += ", with the heading at 90°";
+      }
   }
   char text[300];
   if (most < kVisible)

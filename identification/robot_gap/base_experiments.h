@@ -24,7 +24,8 @@ struct SeenMotion {
 std::string deciding_motion(const control::BaseDescription& one, const control::BaseDescription& other,
                             const SeenMotion& seen);
 
-/// The same by the forces on the base, while it speeds up or moves steadily. `force_floor`: [N, N, N·m].
+/// The same by the forces on the base, while it speeds up or moves steadily, on every floor. `force_floor`:
+/// [N, N, N·m].
 std::string deciding_force(const control::BaseDescription& one, const control::BaseDescription& other,
                            const SeenMotion& seen, const Eigen::Vector3d& force_floor);
 

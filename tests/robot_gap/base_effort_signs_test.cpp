@@ -40,7 +40,7 @@ std::vector<std::vector<EffortWindow>> driven(double slope, bool only_forwards =
     window.sign = Eigen::Vector2d::Constant(way);
     window.speed_rad_per_s = way * Eigen::Vector2d::Constant(speed);
     window.speed_products = speed * speed * Eigen::Matrix2d::Ones();
-    window.acceleration_rad_per_s2 = Eigen::Vector2d::Constant(acceleration);
+    window.acceleration_rad_per_s2 = window.rolled_rad_per_s2 = Eigen::Vector2d::Constant(acceleration);
     window.torque_Nm = Eigen::Vector2d::Constant(force_N * 0.05 / 2 + way * (0.05 + 0.01 * speed) + noise_Nm);
     windows.push_back(window);
   }
@@ -63,8 +63,7 @@ TEST(TorqueSigns, OfALevelFloorAreNothingToReport) {
 TEST(TorqueSigns, OnASteepSlopeThatIsGivenTorquesArePositiveBothWays) {
   BaseDescription given = ten_kilograms();
   given.body.slope = {0.15, 0};  // 0.37 N·m of each wheel
-  const auto notes = check_torque_signs(given, driven(0.15));
-  for (const std::string& note : notes) EXPECT_NE(note.find("as on a slope"), std::string::npos) << note;
+  EXPECT_TRUE(check_torque_signs(given, driven(0.15)).empty());
 }
 
 TEST(TorqueSigns, OnASlopeThatIsNotGivenTheyAreReportedOnly) {

@@ -34,7 +34,7 @@ EffortWindow turning(double left_rad_per_s, double right_rad_per_s) {
   window.speed_rad_per_s = Eigen::Vector2d(left_rad_per_s, right_rad_per_s);
   window.speed_products = window.speed_rad_per_s * window.speed_rad_per_s.transpose();
   window.sign = window.speed_rad_per_s.cwiseSign();
-  window.acceleration_rad_per_s2 = Eigen::Vector2d::Zero();
+  window.acceleration_rad_per_s2 = window.rolled_rad_per_s2 = Eigen::Vector2d::Zero();
   window.torque_Nm = Eigen::Vector2d::Zero();
   return window;
 }
@@ -46,7 +46,8 @@ Eigen::Vector3d excess(const BaseDescription& base, const EffortWindow& window) 
 TEST(BaseForces, TorquesOverTheRadiusAccelerateTheMassAndTheWheels) {
   BaseDescription base = ten_kilograms();
   EffortWindow window = turning(4, 4);
-  window.acceleration_rad_per_s2 = Eigen::Vector2d(10, 10);  // 0.5 m/s²: 5 N, 0.125 N·m of each wheel
+  // 0.5 m/s²: 5 N, 0.125 N·m of each wheel
+  window.acceleration_rad_per_s2 = window.rolled_rad_per_s2 = Eigen::Vector2d(10, 10);
   window.torque_Nm = Eigen::Vector2d(0.125, 0.125);
   EXPECT_NEAR(excess(base, window).head<1>().norm(), 0, 1e-12);
   for (BaseDescription::Wheel& wheel : base.wheels) {
@@ -96,6 +97,41 @@ TEST(BaseForces, SpeedingUpDecidesBetweenMassAndFriction) {
   EXPECT_TRUE(identification::robot_gap::deciding_force(given, given, seen, {1, 1, 1}).starts_with("none: "));
 }
 
+// A carpet that resists with 3 N more than it is given does so on the carpet only.
+TEST(BaseForces, AFloorDecidesAboutItsResistance) {
+  BaseDescription given = ten_kilograms();
+  given.floors = {{"table"}, {"carpet"}};
+  BaseDescription other = given;
+  other.floors[1].resistance_N = 3;
+  const identification::robot_gap::SeenMotion seen{.given = given,
+                                                   .speed_m_per_s = 0.5,
+                                                   .turn_rad_per_s = 0.5,
+                                                   .window_s = 1,
+                                                   .load = {},
+                                                   .noise_floor = {}};
+  const std::string text = identification::robot_gap::deciding_force(other, given, seen, {0.1, 0.1, 0.1});
+  EXPECT_TRUE(text.starts_with("steadily forward on carpet")) << text;
+  EXPECT_NE(text.find("differ by 30 noise floors"), std::string::npos) << text;
+}
+
+// What slips drives the base less: by 10 % of the acceleration, 0.5 N of 5.
+TEST(BaseForces, ABaseThatSlipsNeedsLess) {
+  BaseDescription base = ten_kilograms();
+  base.slip_forward = 0.1;
+  EffortWindow window = turning(4, 4);
+  window.acceleration_rad_per_s2 = window.rolled_rad_per_s2 = Eigen::Vector2d(10, 10);
+  EXPECT_NEAR(excess(base, window)[0], -4.5, 1e-12);
+}
+
+TEST(BaseForces, WhatIsPushedCountsTheTorqueScaleOfTheGivenBase) {
+  BaseDescription base = ten_kilograms();
+  for (BaseDescription::Wheel& wheel : base.wheels) wheel.torque_scale = 2;
+  EffortWindow window = turning(4, 4);
+  window.torque_Nm = Eigen::Vector2d(0.1, 0.1);
+  EXPECT_NEAR(BaseForces(base, base, -1).pushed(window)[0], 2 * 0.2 / 0.05, 1e-12);
+  EXPECT_NEAR(BaseForces(base, base, -1).reported_torques(window)[0], 0, 1e-12);
+}
+
 /// Starts after a second at rest, then speeds up evenly.
 BaseMotion speeding_up(double rad_per_s2, double torque_lag_s) {
   BaseRun run;
@@ -119,7 +155,7 @@ BaseMotion speeding_up(double rad_per_s2, double torque_lag_s) {
 TEST(EffortWindows, AnAccelerationIsFromAnglesByPartsAndTheTorqueAtItsOwnTime) {
   const BaseMotion motion = speeding_up(3, 0.035);
   const auto windows =
-      effort_windows(motion, ten_kilograms(), {Eigen::Vector2d(1, 1), {0.05, 0, 0.1}}, 0.5, 0.035);
+      effort_windows(motion, ten_kilograms(), {Eigen::Vector2d(1, 1), {0.05, 0, 0.1}, 0.03}, 0.5, 0.035);
   ASSERT_GT(windows.size(), 5U);
   for (const EffortWindow& window : windows) {
     const double middle_s = 0.5 * (window.start_s + window.end_s);
@@ -128,6 +164,25 @@ TEST(EffortWindows, AnAccelerationIsFromAnglesByPartsAndTheTorqueAtItsOwnTime) {
     EXPECT_NEAR(window.speed_rad_per_s[1], 3 * middle_s, 1e-3);
     EXPECT_NEAR(window.torque_Nm[0], middle_s, 1e-5);
   }
+}
+
+// The slip of a wheel by its load is as given: a wheel under a load of 2 loses 8 %.
+TEST(EffortWindows, WhatAWheelLosesByItsLoadDoesNotMoveTheBase) {
+  BaseMotion motion = speeding_up(3, 0);
+  motion.runs[0].loaded_rad = 2 * motion.runs[0].angle_rad;
+  BaseDescription base = ten_kilograms();
+  base.slip_with_load = 0.04;
+  const auto windows = effort_windows(motion, base, {Eigen::Vector2d(1, 1), {0.05, 0, 0.1}, 0.03}, 0.5, 0);
+  ASSERT_GT(windows.size(), 5U);
+  EXPECT_NEAR(windows[3].acceleration_rad_per_s2[0], 3, 1e-6);
+  EXPECT_NEAR(windows[3].rolled_rad_per_s2[0], 2.76, 1e-6);
+  EXPECT_NEAR(excess(base, windows[3])[0] - excess(base,
+                                                   [&] {
+                                                     EffortWindow steady = windows[3];
+                                                     steady.rolled_rad_per_s2.setZero();
+                                                     return steady;
+                                                   }())[0],
+              -10 * 0.05 * 2.76, 1e-6);
 }
 
 }  // namespace base_effort_test
