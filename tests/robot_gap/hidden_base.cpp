@@ -192,12 +192,13 @@ class Efforts {
             const Eigen::VectorXd& rate, const Eigen::VectorXd& acceleration, double steering_rad,
             double share_of_run, double time_s) {
     const Eigen::Vector2d centre = base_.actual().centre_m;
-    const Eigen::Rotation2Dd to_world(pose[2]);
-    const Eigen::Vector2d at = pose.head<2>() + to_world * centre;
+    const Eigen::Vector2d at = pose.head<2>() + Eigen::Rotation2Dd(pose[2]) * centre;
     places_.push_back({at.x(), at.y(), pose[2]});
     if (places_.size() > 3) places_.erase(places_.begin());
     torque_ = Eigen::VectorXd::Zero(rate.size());
     if (places_.size() < 3) return;
+    // All is of the time of the middle one.
+    const Eigen::Rotation2Dd to_world(places_[1][2]);
     const Eigen::Vector3d moved = (places_[2] - 2 * places_[1] + places_[0]) / (kStep_s * kStep_s);
     double mass = base_.actual().mass_kg;
     if (share_of_run > 0.5) mass *= 1 + base_.size_of("payload_put_on", "base");
@@ -298,7 +299,7 @@ class Drive {
     pose_[2] += twist[2] * kStep_s;
     time_s_ += kStep_s;
     if (base_.actual().mass_kg > 0)
-      efforts_.step(pose_, twist, turned_, rate_, acceleration,
+      efforts_.step(pose_, twist, turned_, 0.5 * (before + rate_), acceleration,
                     steering() + base_.size_of("steering_offset", "steering"), time_s_ / seconds_, time_s_);
   }
 
