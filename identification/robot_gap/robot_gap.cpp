@@ -160,8 +160,9 @@ class Analysis {
     return acts;
   }
 
-  /// The first chosen effect with a reason against it, the most harmful one. Only what happens where an
-  /// effect acts counts against it: elsewhere, it is other parameters that the fit changes with it.
+  /// The chosen effect with a reason against it, the most harmful one. Over all channels together harm
+  /// counts always; in a single channel only if the effect acts there: in others, it is other parameters that
+  /// the fit changes with it.
   std::optional<Refuted> find_refuted() {
     std::optional<Refuted> worst;
     double worst_increase = 0;
