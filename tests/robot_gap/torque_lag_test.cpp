@@ -76,13 +76,13 @@ TEST(TorqueLag, ALagBeyondTheBoundIsNotDeterminedAndStaysWithin) {
 }
 
 /// Two wheels that speed up and slow down; torques are what 10 kg and friction need, `lag_s` late.
-BaseRecording speeding(const std::string& name, double lag_s, const std::vector<double>& rates_rad_per_s) {
+BaseRecording speeding(const std::string& name, double lag_s, const std::vector<double>& rates_rad_per_s,
+                       Eigen::Index rows = 3000) {
   BaseRecording recording;
   recording.name = name;
   recording.is_speed = {true, true};
-  constexpr Eigen::Index kRows = 3000;
-  recording.wheel.resize(2, kRows);
-  recording.torque_Nm.resize(2, kRows);
+  recording.wheel.resize(2, rows);
+  recording.torque_Nm.resize(2, rows);
   const auto speed = [&](double t) {
     double sum = 0;
     for (const double rate : rates_rad_per_s)
@@ -90,7 +90,7 @@ BaseRecording speeding(const std::string& name, double lag_s, const std::vector<
     return sum;
   };
   double x = 0;
-  for (Eigen::Index i = 0; i < kRows; ++i) {
+  for (Eigen::Index i = 0; i < rows; ++i) {
     const double t = 0.02 * static_cast<double>(i);
     recording.time_s.push_back(t);
     const double noise = 0.001 * std::sin(static_cast<double>(7919 * i * i % 10007));
@@ -134,6 +134,14 @@ TEST(TorqueLag, SeveralRatesDetermineIt) {
   EXPECT_NEAR(subject.efforts()->lag_s(), 0.035, 5e-4);
   EXPECT_NE(subject.notes().back().find("torques are 0.035 s behind"), std::string::npos)
       << subject.notes().back();
+}
+
+TEST(TorqueLag, FewHeldOutWindowsAreReported) {
+  const std::vector<double> rates{0.7, 1.9, 4.3};
+  const BaseSubject subject(ten_kilograms(), {speeding("one", 0, rates)}, {speeding("two", 0, rates, 60)},
+                            0.5);
+  ASSERT_NE(subject.efforts(), nullptr);
+  EXPECT_TRUE(subject.notes().back().starts_with("held-out recordings have only ")) << subject.notes().back();
 }
 
 }  // namespace torque_lag_test
