@@ -193,7 +193,7 @@ class Efforts {
             double share_of_run, double time_s) {
     const Eigen::Vector2d centre = base_.actual().centre_m;
     const Eigen::Vector2d at = pose.head<2>() + Eigen::Rotation2Dd(pose[2]) * centre;
-    places_.push_back({at.x(), at.y(), pose[2]});
+    places_.emplace_back(at.x(), at.y(), pose[2]);
     if (places_.size() > 3) places_.erase(places_.begin());
     torque_ = Eigen::VectorXd::Zero(rate.size());
     if (places_.size() < 3) return;

@@ -122,7 +122,8 @@ TEST_F(GapRobot, NamesTheLineOfABadTimeWhateverTheFileIsCalled) {
 
 TEST_F(GapRobot, RefusesARecordingOfPauses) {
   std::string rows = "t_s,q1_rad,q2_rad,tau1_Nm,tau2_Nm\n";
-  for (int i = 0; i < 3000; ++i) rows += std::to_string(0.01 * i + i / 100) + ",0.1,0.2,0.3,0.4\n";
+  for (int i = 0; i < 3000; ++i)
+    rows += std::to_string(0.01 * i + static_cast<double>(i / 100)) + ",0.1,0.2,0.3,0.4\n";
   const std::string paused = directory_.write("paused.csv", rows).string();
   expect_refused("--data " + paused, "paused.csv: after 0.990 s there is a pause of 1.01 s, and no part");
 }
