@@ -23,7 +23,7 @@ constexpr double kTopQuantile = 0.95;
 /// A direction of the base is smoothed below this share of its top speed, and below so many standard
 /// deviations of its noise. A resistance acts in full at low speeds: as wheels turn unevenly, a base that
 /// goes straight on turns slowly to and fro.
-constexpr double kSignOfTop = 0.01;
+constexpr double kSignOfTop = 0.02;
 constexpr double kSignOfNoise = 2;
 constexpr double kOverlap = 0.5;
 /// Samples in a window.
