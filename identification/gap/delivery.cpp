@@ -208,7 +208,7 @@ std::vector<std::string> deliver(SearchResult& result, const FittedModel& given,
     // A threshold determines the torque that the motion is compared with: only the motion itself can confirm
     // it.
     if (reason.empty() && result.added[i].effect == "torque_deadband" && !bare.simulation.squares.empty() &&
-        score.simulation.total() >= bare.simulation.total())
+        !(score.simulation.follows && score.simulation.total() < bare.simulation.total()))
       reason = "with it the held-out data are simulated no better from their commands";
     if (reason.empty()) continue;
     result.rejected.push_back({std::string(result.added[i].effect), result.added[i].gain, reason});

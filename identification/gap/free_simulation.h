@@ -41,9 +41,9 @@ double squared_error(const std::vector<double>& simulated_rad_per_s, const Signa
 
 /// A model on all windows.
 struct SimulatedMotion {
-  /// The squared error of each window, at most that of a model that stands still: a drive with little inertia
-  /// against its friction runs away after the smallest error of torque, and how far says nothing about its
-  /// model.
+  /// The squared error of each window, at most its samples times the mean square velocity of its recording's
+  /// windows: a drive with little inertia against its friction runs away after the smallest error of torque,
+  /// and how far says nothing about its model.
   std::vector<double> squares;
   /// Most of the squared motion is simulated. Otherwise the simulation cannot judge the model.
   bool follows = false;

@@ -91,7 +91,7 @@ struct UnnamedEffect {
   double gap_before_Nm = 0;  ///< held-out rms torque residual without it
   double gap_after_Nm = 0;
   double removable_share = 0;  ///< of the squared residual above the noise floor, the share that it removes
-  double simulation_before_rad_per_s = 0;  ///< rms velocity error of free simulation, held out
+  double simulation_before_rad_per_s = 0;  ///< rms velocity error, as in HeldOutComparison
   double simulation_after_rad_per_s = 0;
 };
 

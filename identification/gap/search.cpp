@@ -49,15 +49,13 @@ using Indices = std::vector<Eigen::Index>;
 /// however clear the friction is.
 constexpr double kPlainChance = 0.05;
 
-/// Every drive has them: where the given model lacks one, it is a parameter with the value 0, no hypothesis
-/// among many.
-bool is_plain_friction(std::string_view effect) {
-  return effect == model::effects::Coulomb::kName || effect == model::effects::Viscous::kName;
-}
-
-double allowed_chance(std::string_view effect, const Options& options) {
-  return is_plain_friction(effect) ? std::max(kPlainChance, options.false_positive_rate)
-                                   : options.false_positive_rate;
+/// Every drive has them: where the model lacks one, it is a parameter with the value 0, no hypothesis among
+/// many. A friction law has both.
+bool is_plain_friction(std::string_view effect, const FittedModel& fitted) {
+  return (effect == model::effects::Coulomb::kName || effect == model::effects::Viscous::kName) &&
+         std::ranges::none_of(fitted.model.effects, [](const model::effects::AnyEffect& own) {
+           return std::holds_alternative<model::effects::FrictionLaw>(own);
+         });
 }
 
 Indices range(Eigen::Index from, Eigen::Index to) {
@@ -141,12 +139,18 @@ class Round {
     // The residual of the best hypothesis: otherwise its own effect would count as noise.
     ChanceData chance(least_left_, options.seed);
     return ChanceTest{.draw = [&chance] { return chance.draw(); },
-                      .most_gain = [this, plain = is_plain_friction(outcome.effect)](
+                      .most_gain = [this, plain = is_plain(outcome.effect)](
                                        const Eigen::VectorXd& draw) { return most_gain(draw, plain); },
                       .repetitions = options.repetitions}
         .p_value(outcome.gain);
   }
 
+  bool is_plain(std::string_view effect) const { return is_plain_friction(effect, fitted_); }
+  /// Probability by chance up to which an effect is taken.
+  double allowed_chance(std::string_view effect, const Options& options) const {
+    return is_plain(effect) ? std::max(kPlainChance, options.false_positive_rate)
+                            : options.false_positive_rate;
+  }
   const BlockRegression::Fit& base() const noexcept { return base_; }
 
  private:
@@ -173,7 +177,7 @@ class Round {
     const double base = regression_->held_out(target, base_columns_, base_bounds_);
     double most = 0;
     for (const Candidate& candidate : dictionary_.candidates) {
-      if (of_plain_friction && !is_plain_friction(candidate.effect)) continue;
+      if (of_plain_friction && !is_plain(candidate.effect)) continue;
       most = std::max(
           most, 1 - regression_->held_out(target, columns_of(candidate), bounds_of(candidate.bounds)) / base);
     }
@@ -258,15 +262,17 @@ bool simulates_better(const FittedModel& than, const FittedModel& candidate, con
   return motion.follows && motion.total() < simulated_motion(than.model, rows, windows).total();
 }
 
-/// Whether the data determine the amplitudes of the added effect.
-bool knows_its_size(const FittedModel& model, const Rows& rows, const Training& training) {
-  const std::span<const std::string_view> amplitudes =
-      model::effects::amplitudes_of(model.model.effects.back());
+/// Whether the data determine the amplitudes of the last effect of this name.
+bool knows_its_size(const FittedModel& model, std::string_view effect, const Rows& rows,
+                    const Training& training) {
+  std::size_t at = model.model.effects.size();
+  while (at > 0 && model::effects::name_of(model.model.effects[at - 1]) != effect) --at;
+  if (at-- == 0) return true;  // not an effect of its own, as an inertia
+  const std::span<const std::string_view> amplitudes = model::effects::amplitudes_of(model.model.effects[at]);
   const std::vector<FreeParameter> parameters = free_parameters(model, rows);
   const std::vector<fit::Estimate> found = estimates(model, rows, training.rows);
   for (std::size_t i = 0; i < found.size(); ++i)
-    if (parameters[i].kind == FreeParameter::Kind::kEffect &&
-        parameters[i].effect + 1 == model.model.effects.size() && !found[i].ok() &&
+    if (parameters[i].kind == FreeParameter::Kind::kEffect && parameters[i].effect == at && !found[i].ok() &&
         std::ranges::find(amplitudes, found[i].name) != amplitudes.end())
       return false;
   return true;
@@ -313,7 +319,8 @@ std::vector<Rival> contest(const FittedModel& before, const std::vector<Round::O
   // offset, whose size is determined, fits nearly as well and is closer to the truth.
   if (rivals.size() > 1) {
     std::vector<bool> known;
-    for (const Rival& rival : rivals) known.push_back(knows_its_size(rival.model, rows, training));
+    for (const Rival& rival : rivals)
+      known.push_back(knows_its_size(rival.model, rival.effect, rows, training));
     if (std::ranges::find(known, true) != known.end())
       for (std::size_t i = rivals.size(); i-- > 0;)
         if (!known[i]) rivals.erase(rivals.begin() + static_cast<std::ptrdiff_t>(i));
@@ -420,14 +427,15 @@ void choose_tail(SearchResult& result, const Rows& rows, const Training& trainin
 }
 
 /// Reason why the search did not add this effect: the first criterion that it did not meet.
-std::string reason_against(const Round::Outcome& outcome, const BlockRegression::Fit& base, int step,
-                           double p, double least_square, const Options& options) {
+std::string reason_against(const Round::Outcome& outcome, const Round& round, int step, double p,
+                           double least_square, const Options& options) {
   if (outcome.gain <= 0) return "predicts left-out stretches no better";
   if (outcome.gain < options.least_gain)
     return "takes away less than " + short_text(100 * options.least_gain) + " % of the squared residual";
   if (step >= kMaxEffects) return "as many effects as the search adds were found before it";
-  if (outcome.gain * base.held_out < least_square) return "takes away less than the noise floor lets tell";
-  if (const double allowed = allowed_chance(outcome.effect, options); p > allowed)
+  if (outcome.gain * round.base().held_out < least_square)
+    return "takes away less than the noise floor lets tell";
+  if (const double allowed = round.allowed_chance(outcome.effect, options); p > allowed)
     return "chance gives the search as much: p is " + short_text(p) + " or more, allowed is " +
            short_text(allowed);
   if (outcome.effect == "cogging")
@@ -507,10 +515,10 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
     std::map<std::string_view, double> p_of;  // of the effects whose chance was tried
     const auto is_chance = [&](const Round::Outcome& outcome) {
       if (!p_of.contains(outcome.effect)) p_of[outcome.effect] = round.p_value(outcome, options);
-      return p_of[outcome.effect] > allowed_chance(outcome.effect, options);
+      return p_of[outcome.effect] > round.allowed_chance(outcome.effect, options);
     };
     const auto plain = std::ranges::find_if(
-        outcomes, [](const Round::Outcome& outcome) { return is_plain_friction(outcome.effect); });
+        outcomes, [&](const Round::Outcome& outcome) { return round.is_plain(outcome.effect); });
     const bool is_tried =
         worth && (!is_chance(outcomes.front()) ||
                   (plain != outcomes.end() && plain->gain >= options.least_gain && !is_chance(*plain)));
@@ -522,10 +530,13 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
     while (!rivals.empty() &&
            is_chance(*std::ranges::find(outcomes, rivals.front().effect, &Round::Outcome::effect)))
       rivals.erase(rivals.begin());
-    // Chance reaches a smaller gain at least as often.
+    // Chance reaches a smaller gain at least as often, if it is tried on the same effects.
     const auto p_at_least = [&](const Round::Outcome& outcome) {
-      const auto tried = p_of.find(outcome.effect);
-      return tried != p_of.end() ? tried->second : worth ? p_of.at(outcomes.front().effect) : 1;
+      if (const auto tried = p_of.find(outcome.effect); tried != p_of.end()) return tried->second;
+      if (!worth) return 1.0;
+      for (const auto& [effect, p] : p_of)
+        if (round.is_plain(effect) == round.is_plain(outcome.effect)) return p;
+      return p_of.at(outcomes.front().effect);
     };
     if (rivals.empty() && replaced < kMaxReplaced && replace_misnamed(result, rows, training, options)) {
       ++replaced;
@@ -537,7 +548,7 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
       for (const Round::Outcome& outcome : outcomes)
         result.rejected.push_back(
             {std::string(outcome.effect), std::max(0.0, outcome.gain),
-             reason_against(outcome, round.base(), additions, p_at_least(outcome), least_square, options)});
+             reason_against(outcome, round, additions, p_at_least(outcome), least_square, options)});
       return result;
     }
     result.added.push_back(added_of(rivals, result.fitted, round.base(), p_of[rivals.front().effect]));
