@@ -41,4 +41,19 @@ TEST(YoubotSimCommand, AFaultThatCannotBeIsNamedWithItsLine) {
   EXPECT_FALSE(arm.said("faults.toml:3")) << arm.output;
 }
 
+TEST(YoubotSimCommand, AnArmFollowsItsRobotFile) {
+  const std::string shipped = support::source_dir() + "/control/youbot_arm.toml";
+  const CommandResult good = simulate("--robot-file " + shipped);
+  EXPECT_EQ(good.exit_code, 3) << "only the interface is missing: " << good.output;
+  EXPECT_TRUE(good.said("nosuchif0")) << good.output;
+  const support::TemporaryDirectory directory;
+  const std::string bad = directory.write("bad.toml", "format = \"youbot-robot-model/1\"\nmass = 1\n");
+  const CommandResult refused = simulate("--robot-file " + bad);
+  EXPECT_EQ(refused.exit_code, 2) << refused.output;
+  EXPECT_TRUE(refused.said(bad + ":2: ")) << refused.output;
+  const CommandResult base = simulate("--robot base --robot-file " + shipped);
+  EXPECT_EQ(base.exit_code, 2);
+  EXPECT_TRUE(base.said("--robot-file needs --robot base+arm")) << base.output;
+}
+
 }  // namespace youbot_sim_command_test
