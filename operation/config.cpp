@@ -505,6 +505,7 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   config.cycle.controller.observer.filter.period_s =
       std::chrono::duration<double>(config.cycle.period).count();
   config.robot.simulation.geometry = config.cycle.controller.geometry;
+  config.cycle.arm = config.teleoperation.robot.model;
   complete(config.teleoperation, config);
   complete(config.haptic.link, config);
   if (config.teleoperated) check_teleoperation(config.teleoperation, root, toml);

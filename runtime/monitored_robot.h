@@ -13,9 +13,10 @@ class MonitoredRobot final : public hal::RobotWrapper {
  public:
   using Wheels = control::PlausibilityMonitor::Wheels;
 
-  /// `robot` must outlive it.
-  MonitoredRobot(hal::Robot& robot, Wheels wheels, const control::ChecksOff& off = {})
-      : RobotWrapper(robot), monitor_(robot.joints(), wheels, off) {}
+  /// `robot` must outlive it. @throws as control::PlausibilityMonitor does.
+  MonitoredRobot(hal::Robot& robot, Wheels wheels, const control::ChecksOff& off = {},
+                 const control::ModelChanges& arm = {})
+      : RobotWrapper(robot), monitor_(robot.joints(), wheels, off, arm) {}
 
   hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample& sample) noexcept override;
 

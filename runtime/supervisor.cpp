@@ -21,7 +21,7 @@ void rest(std::span<const hal::JointInfo> joints, hal::RobotCommand& command) no
 }  // namespace
 
 Supervisor::Supervisor(const Config& config, hal::Robot& robot, Task& task)
-    : config_(config), robot_(robot, config.wheels, config.checks_off), task_(task) {
+    : config_(config), robot_(robot, config.wheels, config.checks_off, config.arm), task_(task) {
   rest(robot.joints(), command_);
 }
 

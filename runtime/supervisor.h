@@ -28,6 +28,7 @@ class Supervisor {
     double rest_rad_per_s = 0.02;  ///< slower for kRestHold counts as rest
     control::PlausibilityMonitor::Wheels wheels = control::PlausibilityMonitor::Wheels::kRolling;
     control::ChecksOff checks_off{};  ///< of the sensors
+    control::ModelChanges arm{};      ///< whose weight the checks expect
   };
   /// A velocity filter needs about 15 ms to detect that a joint rests.
   static constexpr std::chrono::milliseconds kRestHold{50};

@@ -56,7 +56,7 @@ WheelVector wheels_of(const hal::RobotSample& sample, double hal::JointSample::*
 }  // namespace
 
 PlausibilityMonitor::PlausibilityMonitor(std::span<const hal::JointInfo> joints, Wheels wheels,
-                                         const ChecksOff& off)
+                                         const ChecksOff& off, const ModelChanges& arm)
     : off_(off) {
   for (const hal::JointInfo& info : joints) {
     const bool wheel = is_wheel(info);
@@ -73,7 +73,7 @@ PlausibilityMonitor::PlausibilityMonitor(std::span<const hal::JointInfo> joints,
   if (base && wheels == Wheels::kRolling && !off.has(PlausibilityCheck::kWheelAgreement))
     wheels_.emplace().restart();
   if (!base || joints.size() != kWheels + kArmJoints || off.has(PlausibilityCheck::kOpposedMotion)) return;
-  arm_.emplace();
+  arm_.emplace(Arm{RobotModel(arm), {}});
   for (const hal::JointInfo& joint : joints) arm_->joints.emplace_back(joint.torque_limit_Nm);
 }
 

@@ -34,8 +34,10 @@ class PlausibilityMonitor {
   enum class Wheels { kRolling, kFree };
 
   /// Joints named "wheel-…" are wheels; if the robot's first four joints are wheels, they form a mecanum
-  /// base. The weight of an arm after them is that of robot_model.h.
-  PlausibilityMonitor(std::span<const hal::JointInfo> joints, Wheels wheels, const ChecksOff& off = {});
+  /// base. The weight of an arm after them is that of the description with the changes `arm`: the model that
+  /// the drives' torques carry. @throws std::invalid_argument as RobotModel does.
+  PlausibilityMonitor(std::span<const hal::JointInfo> joints, Wheels wheels, const ChecksOff& off = {},
+                      const ModelChanges& arm = {});
 
   void restart() noexcept;
   /// Call once per cycle while the drives obey. `elapsed_s`: from the last sample's stamp to this one's; 0:

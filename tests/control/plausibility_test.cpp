@@ -919,6 +919,63 @@ TEST(PlausibilityMonitor, ACheckThatIsOffFindsNothingAndTheOthersGoOn) {
   EXPECT_EQ(stuck_at(off), std::nullopt);
 }
 
+/// Joint 2 of the stretched arm, with 2 kg in the hand, gives way under `carried`, a share of its weight.
+/// `factor`: of the joint's reading.
+std::optional<control::PlausibilityMonitor::Finding> found_under_payload(
+    const control::ModelChanges& expected, double carried, double factor) {
+  constexpr std::size_t kJoint2 = 5;
+  control::ModelChanges truth;
+  truth.payload_kg = 2;
+  const std::vector<hal::JointInfo> joints{{"wheel-1", 2.467}, {"wheel-2", 2.467}, {"wheel-3", 2.467},
+                                           {"wheel-4", 2.467}, {"arm-1", 15.68},   {"arm-2", 15.68},
+                                           {"arm-3", 10.05},   {"arm-4", 10.86},   {"arm-5", 3.48}};
+  control::ChecksOff off;  // so that this check judges alone
+  for (const auto check :
+       {control::PlausibilityCheck::kStillEncoder, control::PlausibilityCheck::kVelocityAgreement,
+        control::PlausibilityCheck::kVelocityStep, control::PlausibilityCheck::kTorqueAgreement,
+        control::PlausibilityCheck::kHallAgreement})
+    off.add(check);
+  control::PlausibilityMonitor monitor(joints, control::PlausibilityMonitor::Wheels::kFree, off, expected);
+  control::RobotModel arm(truth);
+  control::ChainVector q;
+  q << 0, 0, 0, 2.95, 2.2, -2.55, 1.79, 2.92;
+  const double begin_rad = q[4];
+  double velocity_rad_per_s = 0;
+  std::optional<control::PlausibilityMonitor::Finding> finding;
+  detected_s(0.5, [&](double /*t*/) {
+    arm.update(q);
+    const double torque_Nm = carried * arm.gravity_Nm()[4];
+    velocity_rad_per_s += (torque_Nm - arm.gravity_Nm()[4]) / arm.mass()(4, 4) * kPeriod_s;
+    q[4] += velocity_rad_per_s * kPeriod_s;
+    hal::RobotCommand command;
+    hal::RobotSample state;
+    for (std::size_t i = 0; i < 5; ++i) {
+      state.joints[4 + i] = sample(q[static_cast<Eigen::Index>(3 + i)], 0);
+      state.joints[4 + i].homed = true;
+    }
+    command.joints[kJoint2] = hal::JointCommand::torque_Nm(torque_Nm);
+    state.joints[kJoint2].position_rad = begin_rad + factor * (q[4] - begin_rad);
+    state.joints[kJoint2].torque_Nm = torque_Nm;
+    finding = monitor.update(command, state, kPeriod_s);
+    return finding.has_value();
+  });
+  return finding;
+}
+
+TEST(PlausibilityMonitor, OpposedMotionIsJudgedWithTheWeightThatTheArmCarries) {
+  control::ModelChanges payload;
+  payload.payload_kg = 2;
+  // Three quarters of the weight would lift the arm without its payload.
+  const auto by_the_description = found_under_payload({}, 0.75, 1);
+  ASSERT_TRUE(by_the_description);
+  EXPECT_EQ(by_the_description->fault, hal::JointFault::kOpposedMotion);
+  EXPECT_FALSE(found_under_payload(payload, 0.75, 1));
+  const auto reversed = found_under_payload(payload, 0, -1);
+  ASSERT_TRUE(reversed);
+  EXPECT_EQ(reversed->fault, hal::JointFault::kOpposedMotion);
+  EXPECT_EQ(reversed->joint, 5);
+}
+
 /// A robot that samples every 2 ms has no S3 by its set-up, and no machine that does less changes that.
 TEST(PlausibilityMonitor, ACheckThatNeverRunsIsNotSilencedByLateSamples) {
   const std::vector<hal::JointInfo> joints{{"wheel-1", 2.467}};

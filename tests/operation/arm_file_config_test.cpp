@@ -225,6 +225,16 @@ TEST_F(ArmFileConfig, ADeliveredArmIsCarriedByWhatItWeighs) {
   EXPECT_EQ(config.models[0].text, delivered());
 }
 
+TEST_F(ArmFileConfig, TheChecksOfTheSensorsExpectTheWeightThatControlCarries) {
+  const ArmDescription truth = another_arm();
+  deliver(truth);
+  EXPECT_LT((weight_Nm(load().cycle.arm, kPoses[1]) - virtual_work_Nm(truth, kPoses[1])).norm(), 1e-8);
+  // A payload given by hand is at the tip, 0.2175 m from joint 4 (youbot.urdf), here stretched forward.
+  const ArmVector more_Nm = weight_Nm(load("[teleoperation.arm]\npayload_kg = 0.5\n").cycle.arm, kPoses[0]) -
+                            weight_Nm({}, kPoses[0]);
+  EXPECT_NEAR(more_Nm[3], -0.5 * kGravity_m_per_s2 * 0.2175, 1e-9);
+}
+
 // Lengths of the arm from joint to joint: 0.155, 0.135 and 0.2175 m (youbot.urdf).
 TEST_F(ArmFileConfig, AKilogramAtTheStretchedArmPullsWithItsLever) {
   ArmDescription arm = given_;
