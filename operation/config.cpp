@@ -342,7 +342,7 @@ void read_floor(TomlTable& table, sim::Floor& floor) {
   }
 }
 
-void read_simulation(TomlTable table, const std::filesystem::path& folder, runtime::RobotOptions& robot,
+void read_simulation(TomlTable& table, const std::filesystem::path& folder, runtime::RobotOptions& robot,
                      Models& models) {
   sim::BaseParameters& simulation = robot.simulation;
   table.boolean("on_ground", simulation.on_ground);
@@ -456,7 +456,8 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
                     config.cycle.controller, config.models);
   read_path(path, config.path);
   read_workspace(root.table("workspace"), config.cycle.workspace);
-  read_simulation(root.table("simulation"), file.parent_path(), config.robot, config.models);
+  TomlTable simulation = root.table("simulation");
+  read_simulation(simulation, file.parent_path(), config.robot, config.models);
   TomlTable haptic = root.table("haptic");
   runtime::read_haptic(haptic, file.parent_path(), config.haptic);
   TomlTable link = root.table("link");
@@ -477,6 +478,12 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   if (config.robot.ethercat.home_arms) config.cycle.enable_timeout = runtime::kHomingTimeout;
 
   // Constraints between values.
+  if (config.robot.arm && config.robot.ethercat.kind != hal::YoubotKind::kBaseAndArm)
+    simulation.refuse("robot_file",
+                      "needs 'ethercat.kind' = \"base+arm\": no other simulated arm has weight");
+  else if (config.robot.arm && !runtime::is_simulated(config.robot.name))
+    simulation.refuse("robot_file", "is for the robots loopback and wire; the arm of '" + config.robot.name +
+                                        "' is not simulated here. youbot-sim has --robot-file");
   if (config.robot.ethercat.kind == hal::YoubotKind::kArm)
     ethercat.refuse("kind", "is 'arm', but it is the base that drives; youbot-bench measures an arm alone");
   const Cycle::Config& cycle = config.cycle;

@@ -363,6 +363,20 @@ TEST_F(ArmFileConfig, TheSimulationsArmCanBeThatOfTheSameFile) {
   EXPECT_NEAR(joints[2].rotor_inertia_kg_m2 * 100 * 100, 0.2, 1e-12) << "behind a gear of 100";
 }
 
+TEST_F(ArmFileConfig, ASimulatedArmWithoutWeightIsRefusedAFile) {
+  deliver(given_);
+  const std::string simulated = "[simulation]\nrobot_file = \"arm/model.toml\"\n";
+  const std::string needs =
+      "lab.toml:2: 'simulation.robot_file' needs 'ethercat.kind' = \"base+arm\": no other simulated arm has "
+      "weight";
+  EXPECT_EQ(problems(simulated), needs);
+  EXPECT_EQ(problems(simulated + "[ethercat]\nkind = \"base+two-arms\"\n"), needs);
+  EXPECT_EQ(problems("robot = \"wire\"\n" + simulated + "[ethercat]\nkind = \"base+arm\"\n"), "");
+  EXPECT_EQ(problems("robot = \"ethercat:eth0\"\n" + simulated + "[ethercat]\nkind = \"base+arm\"\n"),
+            "lab.toml:3: 'simulation.robot_file' is for the robots loopback and wire; the arm of "
+            "'ethercat:eth0' is not simulated here. youbot-sim has --robot-file");
+}
+
 TEST_F(ArmFileConfig, AnEffectWithoutAPlaceIsRefusedByNameWithItsLine) {
   deliver(given_);
   const std::string good = delivered();
