@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "control/robot_model.h"
 #include "model/effects/resistance.h"
 #include "operation/setting_bounds.h"
 #include "operation/teleop_config.h"
@@ -205,8 +206,11 @@ void keep(const std::string& name, const model::effects::DriveModel& model, Mode
 }
 
 void keep(const ArmFile& file, Models& models) {
-  if (std::ranges::find(models, file.name, &Models::value_type::name) == models.end())
-    models.push_back({file.name, file.text});
+  if (std::ranges::find(models, file.name, &Models::value_type::name) != models.end()) return;
+  models.push_back({file.name, file.text});
+  const std::string urdf = (std::filesystem::path(file.name).parent_path() / kArmFileUrdf).generic_string();
+  if (std::ranges::find(models, urdf, &Models::value_type::name) == models.end())
+    models.push_back({urdf, std::string(control::youbot_urdf())});
 }
 
 /// Names of a drive model for each wheel; empty if the key is missing or refused.
@@ -342,8 +346,9 @@ void read_floor(TomlTable& table, sim::Floor& floor) {
   }
 }
 
-void read_simulation(TomlTable& table, const std::filesystem::path& folder, runtime::RobotOptions& robot,
-                     Models& models) {
+/// Returns the robot file of the simulated arm, if there is one.
+std::optional<ArmFile> read_simulation(TomlTable& table, const std::filesystem::path& folder,
+                                       runtime::RobotOptions& robot, Models& models) {
   sim::BaseParameters& simulation = robot.simulation;
   table.boolean("on_ground", simulation.on_ground);
   table.number("mass_kg", simulation.mass_kg, {.min = 1, .max = 200});
@@ -359,10 +364,7 @@ void read_simulation(TomlTable& table, const std::filesystem::path& folder, runt
   table.integer("noise_seed", seed, {.min = 0});
   simulation.noise_seed = static_cast<std::uint64_t>(seed);
   read_simulated_wheels(table, folder, simulation, models);
-  if (const std::optional<ArmFile> arm = read_arm_file(table, "robot_file", folder)) {
-    keep(*arm, models);
-    robot.arm = arm->model;
-  }
+  return read_arm_file(table, "robot_file", folder);
 }
 
 /// Settings that teleoperation shares with the rest.
@@ -457,7 +459,11 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   read_path(path, config.path);
   read_workspace(root.table("workspace"), config.cycle.workspace);
   TomlTable simulation = root.table("simulation");
-  read_simulation(simulation, file.parent_path(), config.robot, config.models);
+  if (const auto arm = read_simulation(simulation, file.parent_path(), config.robot, config.models)) {
+    keep(*arm, config.models);
+    config.robot.arm = arm->model;
+    config.opened_once["simulation"] += arm->text;
+  }
   TomlTable haptic = root.table("haptic");
   runtime::read_haptic(haptic, file.parent_path(), config.haptic);
   TomlTable link = root.table("link");

@@ -36,12 +36,13 @@ struct Config {
   control::Teleoperation::Config teleoperation;
   /// [teleoperation.arm] robot_file; its model is in `teleoperation`.
   std::optional<ArmFile> arm_file;
-  /// Drive models and robot files that the configuration names, as used.
+  /// Drive models and robot files that the configuration names, as used; robot files with their URDF.
   std::vector<runtime::RecordingFile::Attachment> models;
   /// The configuration has [teleoperation], or role = "robot": a haptic device commands the robot.
   bool teleoperated = false;
-  /// Keys and tables that are read only when robot and haptic device are opened, as written. The
-  /// rest is read for each run. The key of the haptic device is apart from its table, kHapticDevice.
+  /// Keys and tables that are read only when robot and haptic device are opened, as written;
+  /// "simulation" with the text of its robot file. The rest is read for each run. The key of the haptic
+  /// device is apart from its table, kHapticDevice.
   std::map<std::string, std::string> opened_once;
 };
 

@@ -10,7 +10,9 @@
 #include <string>
 #include <utility>
 
-#include "runtime/configuration/regular_file.h"
+#include "control/robot_model.h"
+#include "control/serial_arm.h"
+#include "runtime/configuration/robot_file.h"
 
 namespace operation {
 namespace {
@@ -161,6 +163,20 @@ void take(const runtime::ArmModel& model, control::WholeBodyController::Config& 
     robot.rotor_inertia_kg_m2[i] = model.rotor_inertia_kg_m2[i].value_or(robot.rotor_inertia_kg_m2[i]);
 }
 
+/// The file's own URDF gives the masses that the file leaves out; that of this software has the same
+/// geometry.
+std::string self_contained_text(runtime::RobotFile robot, const runtime::ArmModel& model) {
+  robot.base = "arm_foot";
+  robot.tip = "tip";
+  control::SerialArm arm = control::read_serial_arm(control::youbot_urdf(), robot.base, robot.tip);
+  for (std::size_t i = 0; i < arm.links.size(); ++i) arm.links[i].inertia = robot.arm.arm.links[i].inertia;
+  robot.arm.arm = std::move(arm);
+  robot.arm.gravity_B_m_per_s2 = {0, 0, -robot.arm.gravity_B_m_per_s2.norm()};
+  robot.arm.p_TP_m = model.changes.payload_p_T_m;
+  robot.links_changed = true;  // all of them are written
+  return runtime::robot_file_text(robot, kArmFileUrdf, robot.arm, {}, {});
+}
+
 std::optional<ArmFile> read_arm(TomlTable table, const std::filesystem::path& folder,
                                 Teleoperation::Config& control) {
   control::WholeBodyController::Config& robot = control.robot;
@@ -204,7 +220,8 @@ std::optional<ArmFile> read_arm_file(TomlTable& table, std::string_view key,
   };
   try {
     runtime::ArmModel model = runtime::read_arm_model(path);
-    return ArmFile{name, path, runtime::read_regular_file(path, runtime::kMaxToml_bytes), std::move(model)};
+    std::string text = self_contained_text(runtime::read_robot_file(path), model);
+    return ArmFile{name, path, std::move(text), std::move(model)};
   } catch (const runtime::ConfigError& error) {
     std::ranges::for_each(error.problems(), refuse);
   } catch (const std::runtime_error& error) {

@@ -12,10 +12,14 @@
 
 namespace operation {
 
+/// In the folder of ArmFile::text: control::youbot_urdf().
+inline constexpr std::string_view kArmFileUrdf = "youbot.urdf";
+
 /// A robot file that the configuration names.
 struct ArmFile {
   std::string name;            ///< as written there
   std::filesystem::path path;  ///< from the working directory
+  /// A robot file of the same model, with every link, on kArmFileUrdf: a copy of it needs nothing else.
   std::string text;
   runtime::ArmModel model;
 };

@@ -21,17 +21,32 @@ NewRecording::NewRecording(const std::filesystem::path& directory, const Recordi
   } catch (const std::runtime_error& why) {
     problems.push_back("copy of " + config.file.string() + ": " + why.what());
   }
-  if (config.settings.empty()) return;
   try {
-    add("settings.toml", config.settings);
+    if (!config.settings.empty()) add("settings.toml", config.settings);
   } catch (const std::runtime_error& why) {
     problems.push_back(std::string("settings.toml: ") + why.what());
+  }
+  if (format_ != RecordingFormat::kCsv) return;
+  for (const auto& [name, text] : config.models) {
+    try {
+      write(name, text);
+    } catch (const std::runtime_error& why) {
+      problems.push_back("copy of " + name + ": " + why.what());
+    }
   }
 }
 
 void NewRecording::add(const std::string& name, const std::string& text) {
   attachments_.push_back({name, text});
-  const std::filesystem::path path = directory_ / name;
+  write(name, text);
+}
+
+void NewRecording::write(const std::string& name, const std::string& text) {
+  const std::filesystem::path inside = std::filesystem::path(name).lexically_normal();
+  if (inside.is_absolute() || *inside.begin() == "..")
+    throw std::runtime_error("is outside the folder of the configuration; keep it with the recording");
+  const std::filesystem::path path = directory_ / inside;
+  made_.add(make_output_directory(path.parent_path()));
   std::error_code error;
   if (std::filesystem::exists(path, error)) throw std::runtime_error("is there already");
   write_whole_file(path, text);

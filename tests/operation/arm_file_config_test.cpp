@@ -17,6 +17,7 @@
 #include "operation/config.h"
 #include "runtime/configuration/robot_file.h"
 #include "runtime/configuration/toml_reader.h"
+#include "runtime/recording/recording_directory.h"
 #include "runtime/simulated_arm.h"
 #include "sim/mobile_manipulator.h"
 #include "tests/support/built_paths.h"
@@ -219,10 +220,69 @@ TEST_F(ArmFileConfig, ADeliveredArmIsCarriedByWhatItWeighs) {
   EXPECT_EQ(robot.arm_friction.viscous_Nm_s_per_rad[0], 0.5);
   ASSERT_TRUE(config.arm_file.has_value());
   EXPECT_EQ(config.arm_file->path, directory_ / "arm/model.toml");
-  // The recording of a run keeps the file.
-  ASSERT_EQ(config.models.size(), 1U);
-  EXPECT_EQ(config.models[0].name, "arm/model.toml");
-  EXPECT_EQ(config.models[0].text, delivered());
+}
+
+TEST_F(ArmFileConfig, TheRecordingOfARunIsEnoughToRunItAgain) {
+  const ArmDescription truth = another_arm();
+  deliver(truth);
+  // The wrist's inertia comes from the file's own URDF, and the payload is given from another tip.
+  std::string text = delivered();
+  const auto wrist = text.find("\n[[link]]\nname = \"arm_link_4\"");
+  ASSERT_NE(wrist, std::string::npos);
+  text.erase(wrist, text.find("\n[", wrist + 3) - wrist);
+  text.replace(text.find("tip = \"tip\""), 11, "tip = \"arm_link_5\"");
+  write(text);
+  std::string urdf(control::youbot_urdf());
+  const auto link = urdf.find("<mass", urdf.find("<link name=\"arm_link_4\">"));
+  urdf.replace(link, urdf.find("/>", link) - link, "<mass value=\"0.9\"");
+  directory_.write("arm/youbot.urdf", urdf);
+
+  const std::string all =
+      "[ethercat]\nkind = \"base+arm\"\n[simulation]\nrobot_file = \"arm/model.toml\"\n" + kArm;
+  const Config ran = load(all);
+  std::vector<std::string> problems;
+  runtime::NewRecording recording(
+      directory_ / "run",
+      {.file = directory_ / "lab.toml", .models = ran.models, .format = runtime::RecordingFormat::kCsv},
+      problems);
+  recording.keep();
+  EXPECT_EQ(problems, std::vector<std::string>{});
+  fs::remove_all(directory_ / "arm");
+  const Config again = load_config(directory_ / "run/config.toml");
+  const control::WholeBodyController::Config& robot = again.teleoperation.robot;
+  ASSERT_TRUE(again.robot.arm.has_value());
+  for (const ArmVector& pose : kPoses) {
+    const ArmVector needed_Nm = weight_Nm(ran.teleoperation.robot.model, pose);
+    EXPECT_LT((weight_Nm(robot.model, pose) - needed_Nm).norm(), 1e-12);
+    EXPECT_LT((weight_Nm(again.robot.arm->changes, pose) - needed_Nm).norm(), 1e-12);
+    EXPECT_LT((at(robot.model, pose).mass() - at(ran.teleoperation.robot.model, pose).mass()).norm(), 1e-12);
+  }
+  EXPECT_EQ(robot.arm_friction.coulomb_Nm, ran.teleoperation.robot.arm_friction.coulomb_Nm);
+  EXPECT_EQ(robot.rotor_inertia_kg_m2, ran.teleoperation.robot.rotor_inertia_kg_m2);
+  EXPECT_EQ(again.opened_once, ran.opened_once);
+}
+
+TEST_F(ArmFileConfig, AModelOutsideOfTheFolderOfTheConfigurationIsReportedNotCopied) {
+  const fs::path file = directory_.write("lab.toml", "robot = \"loopback\"\n");
+  std::vector<std::string> problems;
+  const runtime::NewRecording recording(directory_ / "run",
+                                        {.file = file,
+                                         .models = {{"../arm.toml", "a"}, {"/arm.toml", "b"}},
+                                         .format = runtime::RecordingFormat::kCsv},
+                                        problems);
+  ASSERT_EQ(problems.size(), 2U);
+  EXPECT_EQ(problems[0],
+            "copy of ../arm.toml: is outside the folder of the configuration; keep it with the recording");
+  EXPECT_FALSE(fs::exists(directory_ / "arm.toml"));
+}
+
+TEST_F(ArmFileConfig, AnotherSimulatedArmNeedsARestart) {
+  const std::string text = "[ethercat]\nkind = \"base+arm\"\n[simulation]\nrobot_file = \"arm/model.toml\"\n";
+  deliver(given_);
+  const auto opened_once = load(text).opened_once;
+  EXPECT_EQ(load(text).opened_once, opened_once);
+  deliver(another_arm());
+  EXPECT_NE(load(text).opened_once.at("simulation"), opened_once.at("simulation"));
 }
 
 TEST_F(ArmFileConfig, TheChecksOfTheSensorsExpectTheWeightThatControlCarries) {
