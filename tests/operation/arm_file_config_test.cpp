@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "control/arm_description.h"
+#include "control/base_drive.h"
 #include "control/robot_model.h"
 #include "control/whole_body_controller.h"
 #include "model/gravity.h"
@@ -333,6 +334,23 @@ TEST_F(ArmFileConfig, TheArmToStartFromIsTheDaemonsOwnModel) {
   for (std::size_t i = 0; i < kArmJoints; ++i)
     EXPECT_NEAR(robot.rotor_inertia_kg_m2[i], usual.rotor_inertia_kg_m2[i],
                 0.005 * usual.rotor_inertia_kg_m2[i]);
+}
+
+TEST_F(ArmFileConfig, TheRotorsOfTheFileSlowTheHandDown) {
+  for (const double rotor_kg_m2 : {0.2, 0.5}) {
+    ArmDescription arm = given_;
+    arm.drives[1].rotor_inertia_kg_m2 = rotor_kg_m2;
+    deliver(arm);
+    control::WholeBodyController controller(load().teleoperation.robot);
+    controller.reset(control::WheelVector::Zero(), kPoses[1]);
+    const control::Mobility found_W = controller.sense(control::WheelVector::Zero(), kPoses[1]).mobility_W;
+    RobotModel model = at({}, kPoses[1]);
+    control::ChainMatrix mass = model.mass();
+    mass.diagonal() +=
+        (ChainVector() << control::kReflectedWheelInertia, 0.2, rotor_kg_m2, 0.2, 0.2, 0.2).finished();
+    const control::Mobility expected_W = model.J_WT() * mass.inverse() * model.J_WT().transpose();
+    EXPECT_LT((found_W - expected_W).norm(), 1e-9 * expected_W.norm()) << rotor_kg_m2;
+  }
 }
 
 /// Torque of joint 4 while it turns at `speed_rad_per_s` and the end effector is pulled the same way.
