@@ -2,7 +2,6 @@
 
 #include <urdf_parser/urdf_parser.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <kdl/frames.hpp>
@@ -12,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "control/serial_arm.h"
 #include "control/youbot_urdf.h"
 #include "model/gravity.h"
 
@@ -22,9 +22,6 @@ constexpr std::size_t kAxes = kChainAxes;
 constexpr std::size_t kYaw = kBaseAxes - 1;  // the axis that rotates the base itself
 constexpr std::array<const char*, kLinks> kLinkNames = {"the base",   "arm link 1", "arm link 2",
                                                         "arm link 3", "arm link 4", "arm link 5"};
-
-/// Of the numbers of a description.
-constexpr double kTensorRounding = 1e-6;
 
 constexpr std::size_t axis_of(std::size_t link) { return kYaw + link; }
 
@@ -110,10 +107,11 @@ KDL::RigidBodyInertia changed(const KDL::RigidBodyInertia& inertia, const ModelC
   const KDL::Vector com = inertia.getCOG();
   KDL::RotationalInertia about_com = (KDL::Frame(-com) * inertia).getRotationalInertia();
   Eigen::Map<Eigen::Matrix3d> tensor(about_com.data);
-  tensor = change.mass_factor * tensor + change.inertia_change_kg_m2;
-  const double least_kg_m2 = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(tensor).eigenvalues().minCoeff();
-  if (!(least_kg_m2 >= -kTensorRounding * tensor.norm()))
-    throw bad_change("no moment of inertia of " + name + " may be negative", least_kg_m2);
+  tensor *= change.mass_factor;
+  const double scale_kg_m2 = tensor.norm() + change.inertia_change_kg_m2.norm();
+  tensor += change.inertia_change_kg_m2;
+  if (const auto least_kg_m2 = negative_moment_kg_m2(tensor, scale_kg_m2))
+    throw bad_change("no moment of inertia of " + name + " may be negative", *least_kg_m2);
   return KDL::RigidBodyInertia(change.mass_factor * inertia.getMass(), com + to_kdl(change.com_shift_m),
                                about_com);
 }

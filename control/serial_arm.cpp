@@ -14,7 +14,7 @@
 namespace control {
 namespace {
 
-/// Of the numbers of a URDF.
+/// Relative rounding of the numbers in URDFs and robot files.
 constexpr double kRounding = 1e-6;
 
 Eigen::Vector3d vector_of(const urdf::Vector3& v) { return {v.x, v.y, v.z}; }
@@ -112,14 +112,20 @@ ArmLink moved_link(const urdf::ModelInterface& robot, const urdf::Joint& joint, 
       result.inertia.mass_kg < 0)
     throw bad_arm("link " + result.link + " needs a finite inertia and a mass that is not negative");
   const Eigen::Matrix3d& inertia = result.inertia.about_C_kg_m2;
-  const Eigen::Vector3d moments = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(inertia).eigenvalues();
-  if (moments.minCoeff() < -kRounding * moments.cwiseAbs().maxCoeff())
+  if (negative_moment_kg_m2(inertia, inertia.norm()))
     throw bad_arm("link " + result.link +
                   " has a negative moment of inertia about an axis, which no body has: check ixx to izz");
   return result;
 }
 
 }  // namespace
+
+std::optional<double> negative_moment_kg_m2(const Eigen::Matrix3d& tensor_kg_m2, double scale_kg_m2) {
+  const double least_kg_m2 =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(tensor_kg_m2).eigenvalues().minCoeff();
+  if (least_kg_m2 >= -kRounding * scale_kg_m2) return std::nullopt;
+  return least_kg_m2;
+}
 
 SerialArm read_serial_arm(std::string_view urdf, const std::string& base, const std::string& tip) {
   const auto robot = urdf::parseURDF(std::string(urdf));

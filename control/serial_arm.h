@@ -50,4 +50,9 @@ struct SerialArm {
 /// joint moves between them, a joint is neither revolute, continuous nor prismatic, or a value is not finite.
 SerialArm read_serial_arm(std::string_view urdf, const std::string& base, const std::string& tip);
 
+/// The least moment of inertia about any axis if it is negative by more than rounding, which no body has;
+/// otherwise empty. `scale_kg_m2`: norm of the largest tensor that this one was computed from, because a
+/// difference has the rounding of its operands. NaN is negative.
+std::optional<double> negative_moment_kg_m2(const Eigen::Matrix3d& tensor_kg_m2, double scale_kg_m2);
+
 }  // namespace control
