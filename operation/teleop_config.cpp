@@ -159,8 +159,7 @@ void read_buttons(TomlTable table, Teleoperation::Config& control) {
 void take(const runtime::ArmModel& model, control::WholeBodyController::Config& robot) {
   robot.model = model.changes;
   robot.arm_friction = model.friction;
-  for (std::size_t i = 0; i < model.rotor_inertia_kg_m2.size(); ++i)
-    robot.rotor_inertia_kg_m2[i] = model.rotor_inertia_kg_m2[i].value_or(robot.rotor_inertia_kg_m2[i]);
+  robot.rotor_inertia_kg_m2 = model.rotor_inertia_kg_m2;
 }
 
 /// The file's own URDF gives the masses that the file leaves out; that of this software has the same
@@ -185,9 +184,11 @@ std::optional<ArmFile> read_arm(TomlTable table, const std::filesystem::path& fo
   if (file)
     for (const std::string_view key : {"coulomb_Nm", "viscous_Nm_s_per_rad", "payload_kg"})
       if (table.has(key) && !table.is_set(key))
-        table.refuse(key, "and 'teleoperation.arm.robot_file' exclude each other: the file has its value");
-  table.numbers("coulomb_Nm", robot.arm_friction.coulomb_Nm, {.min = 0, .max = 10});
-  table.numbers("viscous_Nm_s_per_rad", robot.arm_friction.viscous_Nm_s_per_rad, {.min = 0, .max = 10});
+        table.refuse(key,
+                     "is given by the file of 'teleoperation.arm.robot_file' too: remove one of the two");
+  const runtime::NumberRules friction{.min = 0, .max = runtime::kMaxJointFriction};
+  table.numbers("coulomb_Nm", robot.arm_friction.coulomb_Nm, friction);
+  table.numbers("viscous_Nm_s_per_rad", robot.arm_friction.viscous_Nm_s_per_rad, friction);
   table.number("compensation_margin", robot.arm_compensator.margin, {.min = 0, .max = 1});
   table.number("full_command_Nm", robot.arm_compensator.full_command_Nm, {.min = 1e-4, .max = 5});
   table.numbers("torque_limit_Nm", robot.arm_torque_limit_Nm, {.min = 0.1, .max = 15});
@@ -199,7 +200,7 @@ std::optional<ArmFile> read_arm(TomlTable table, const std::filesystem::path& fo
   table.number("setpoint_rad_per_s2", control.joint_setpoint.acceleration, {.min = 0.1, .max = 50});
   table.number("setpoint_rad_per_s3", control.joint_setpoint.jerk, {.min = 10, .max = 50'000});
   table.number("following_error_rad", control.joint_following_error_rad, {.min = 0.02, .max = 3});
-  table.number("payload_kg", robot.model.payload_kg, {.min = 0, .max = 2});
+  table.number("payload_kg", robot.model.payload_kg, {.min = 0, .max = runtime::kMaxPayload_kg});
   return file;
 }
 

@@ -12,8 +12,7 @@ void build_arm(const ArmModel& model, control::ModelChanges& masses,
     joint.coulomb_Nm = model.friction.coulomb_Nm[i];
     joint.viscous_Nm_s_per_rad = model.friction.viscous_Nm_s_per_rad[i];
     const double gear = joint.axis.gear_ratio;
-    if (const auto& rotor_kg_m2 = model.rotor_inertia_kg_m2[i])
-      joint.rotor_inertia_kg_m2 = *rotor_kg_m2 / (gear * gear);
+    joint.rotor_inertia_kg_m2 = model.rotor_inertia_kg_m2[i] / (gear * gear);
   }
 }
 

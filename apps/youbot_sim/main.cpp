@@ -156,10 +156,9 @@ int main(int argc, char** argv) {
                  "TOML file whose [scene] lists the objects that the end effector can touch, as in youbotd's "
                  "configuration")
       ->check(CLI::ExistingFile);
-  app.add_option(
-         "--robot-file", arguments.robot_file,
-         "robot file, as youbot-gap robot delivers it, that the arm follows; none: one that differs from "
-         "the description by some percent")
+  app.add_option("--robot-file", arguments.robot_file,
+                 "robot file, as youbot-gap robot delivers it, that the arm follows; without it the masses "
+                 "differ from the description by up to 5 percent")
       ->check(CLI::ExistingFile);
   app.add_option(
       "--record", arguments.record_file,

@@ -4,9 +4,11 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <optional>
 
 #include "control/serial_arm.h"
 #include "model/gravity.h"
@@ -28,14 +30,18 @@ constexpr double kSamePlace_m = 1e-4;
 constexpr double kSameDirection_rad = 1e-3;
 /// All places on Earth are within it.
 constexpr double kSameGravity_m_per_s2 = 0.05;
-constexpr double kSameInertia_kg_m2 = 1e-9;
+constexpr double kShownInertia_kg_m2 = 5e-7;
 
-// Plausible values: far beyond any youBot.
-constexpr double kHeavyLink_kg = 10;
-constexpr double kLongLink_m = 0.3;
-constexpr double kHeavyPayload_kg = 2;  // as teleoperation.arm.payload_kg
-constexpr double kStrongFriction = 10;  // as teleoperation.arm.coulomb_Nm and viscous_Nm_s_per_rad
-constexpr double kLargeRotor_kg_m2 = 10;
+// A youBot's arm differs less from its description. Beyond that the data did not determine the value.
+constexpr double kLeastMassFactor = 0.5;
+constexpr double kMaxMassFactor = 2;
+constexpr double kMaxCentreShift_m = 0.05;
+/// Of the largest moment of inertia. There is no lower limit: little of it acts on a torque.
+constexpr double kMaxMomentFactor = 10;
+constexpr double kMaxPayloadDistance_m = 0.3;
+/// Less makes the simulated arm unstable, and the value before the gear is below a thousandth.
+constexpr double kLeastRotorFactor = 0.2;
+constexpr double kMaxRotorFactor = 5;
 
 const control::SerialArm& youbot_arm() {
   static const control::SerialArm arm = control::read_serial_arm(control::youbot_urdf(), "arm_foot", "tip");
@@ -85,36 +91,50 @@ void check_gravity(const ArmDescription& arm, Misfits& misfits) {
                                    tilt_rad * 180 / std::numbers::pi, arm.arm.links.front().joint)});
   if (std::abs(g_B.norm() - model::kGravity_m_per_s2) > kSameGravity_m_per_s2)
     misfits.push_back({"", "", "gravity_m_per_s2",
-                       fmt::format("is {:.3f} m/s² in all; allowed is {:.3f}, within {:g}", g_B.norm(),
-                                   model::kGravity_m_per_s2, kSameGravity_m_per_s2)});
+                       fmt::format("has a magnitude of {:.3f} m/s²; allowed is {:.3f}, within {:g}",
+                                   g_B.norm(), model::kGravity_m_per_s2, kSameGravity_m_per_s2)});
 }
 
-/// Only parts of effects: they mean nothing without the numbers below.
+/// Part of an effect that another number scales, and that number is refused unless it is zero.
 bool is_setting(std::string_view key) {
   return key == "gear_ratio" || key == "stribeck_speed_rad_per_s" || key == "spring_rest_rad";
 }
 
-void check_drive(const ArmDrive& drive, Misfits& misfits) {
+/// Of the model without a file.
+double usual_rotor_kg_m2(std::size_t joint) {
+  return control::WholeBodyController::Config{}.rotor_inertia_kg_m2[joint];
+}
+
+void check_drive(const ArmDrive& drive, std::size_t joint, Misfits& misfits) {
   const auto refuse = [&](std::string_view key, const std::string& complaint) {
     misfits.push_back({"drive", drive.joint, std::string(key), complaint});
   };
-  const auto in_range = [&](std::string_view key, double value, double most) {
-    if (value > most)
-      refuse(key, fmt::format("of {} is {:g}, allowed is 0 to {:g}", drive.joint, value, most));
+  const auto check_friction = [&](std::string_view key, double value) {
+    if (value > kMaxJointFriction)
+      refuse(key, fmt::format("of {} is {:g}, allowed is 0 to {:g}", drive.joint, value, kMaxJointFriction));
+  };
+  const auto check_rotor = [&](std::string_view key, double value_kg_m2) {
+    const double usual_kg_m2 = usual_rotor_kg_m2(joint);
+    const double least_kg_m2 = kLeastRotorFactor * usual_kg_m2;
+    const double most_kg_m2 = kMaxRotorFactor * usual_kg_m2;
+    if (!(value_kg_m2 >= least_kg_m2 && value_kg_m2 <= most_kg_m2))
+      refuse(key,
+             fmt::format("of {} is {}, allowed is {:.3g} to {:.3g} kg·m² behind the gear: the inertia of "
+                         "the rotor by the square of the gear ratio",
+                         drive.joint, value_kg_m2 == 0 ? "zero or missing" : fmt::format("{:g}", value_kg_m2),
+                         least_kg_m2, most_kg_m2));
   };
   const auto has_no_place = [&](std::string_view key) {
-    refuse(key,
-           fmt::format("of {} has no place in the model of this arm, and half of a model compensates "
-                       "worse than none. Remove its cause on the robot and measure again, or take the key "
-                       "out of a copy of the file: the arm is then driven without it",
-                       drive.joint));
+    refuse(key, fmt::format("of {} has no place in the model of this arm, and half of a model compensates "
+                            "worse than none. Remove its cause on the robot and measure again",
+                            drive.joint));
   };
   for (const DriveKey& key : drive_keys()) {
     const double value = drive.*(key.member);
     if (key.member == &ArmDrive::coulomb_Nm || key.member == &ArmDrive::viscous_Nm_s_per_rad)
-      in_range(key.key, value, kStrongFriction);
+      check_friction(key.key, value);
     else if (key.member == &ArmDrive::rotor_inertia_kg_m2)
-      in_range(key.key, value, kLargeRotor_kg_m2);
+      check_rotor(key.key, value);
     else if (!is_setting(key.key) && value != ArmDrive{}.*(key.member))
       has_no_place(key.key);
   }
@@ -123,23 +143,52 @@ void check_drive(const ArmDrive& drive, Misfits& misfits) {
     has_no_place("ripple");
 }
 
-void check_link(const ArmLink& link, Misfits& misfits) {
+double largest_moment_kg_m2(const control::LinkInertia& body) {
+  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(body.about_C_kg_m2).eigenvalues().maxCoeff();
+}
+
+/// Columns with youbotd's names hold SI units.
+void check_factors(const RobotFile::Columns& columns, std::size_t i, const std::string& joint,
+                   Misfits& misfits) {
+  const auto check = [&](std::string_view key, double factor, const std::string& column) {
+    if (factor != 1 && column.starts_with(fmt::format("arm_{}_", i + 1)))
+      misfits.push_back(
+          {"drive", joint, std::string(key),
+           fmt::format("of {} is {:g}, but {} is a column of youbotd, in rad or N·m: the factor "
+                       "would scale all that was identified from it",
+                       joint, factor, column)});
+  };
+  check("position_factor", columns.position_factor[i], columns.position[i]);
+  check("torque_factor", columns.torque_factor[i], columns.torque[i]);
+}
+
+void check_link(const ArmLink& link, const control::LinkInertia& ours, Misfits& misfits) {
   const auto refuse = [&](std::string_view key, const std::string& complaint) {
     misfits.push_back({"link", link.link, std::string(key), complaint});
   };
   const control::LinkInertia& body = link.inertia;
-  if (!(body.mass_kg > 0 && body.mass_kg <= kHeavyLink_kg))
-    refuse("mass_kg", fmt::format("gives {} {:g} kg, allowed is above 0 to {:g}", link.link, body.mass_kg,
-                                  kHeavyLink_kg));
-  if (!(body.p_LC_m.norm() <= kLongLink_m))
-    refuse("centre_m", fmt::format("places the centre of mass of {} {:g} m from its joint, allowed is {:g}",
-                                   link.link, body.p_LC_m.norm(), kLongLink_m));
-  const Eigen::Vector3d moments =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(body.about_C_kg_m2).eigenvalues();
-  if (!(moments.minCoeff() >= -kSameInertia_kg_m2))
+  const double least_kg = kLeastMassFactor * ours.mass_kg;
+  const double most_kg = kMaxMassFactor * ours.mass_kg;
+  if (!(body.mass_kg >= least_kg && body.mass_kg <= most_kg))
+    refuse("mass_kg",
+           fmt::format("gives {} {:g} kg, allowed is {:.3g} to {:.3g}: {:g} to {:g} times its mass "
+                       "in control/youbot.urdf",
+                       link.link, body.mass_kg, least_kg, most_kg, kLeastMassFactor, kMaxMassFactor));
+  const double shift_m = (body.p_LC_m - ours.p_LC_m).norm();
+  if (!(shift_m <= kMaxCentreShift_m))
+    refuse("centre_m", fmt::format("places the centre of mass of {} {:.3g} m from where control/youbot.urdf "
+                                   "has it, allowed is {:g}",
+                                   link.link, shift_m, kMaxCentreShift_m));
+  const double scale_kg_m2 = std::max(body.about_C_kg_m2.norm(), ours.about_C_kg_m2.norm());
+  if (const auto least_kg_m2 = control::negative_moment_kg_m2(body.about_C_kg_m2, scale_kg_m2))
     refuse("inertia_kg_m2", fmt::format("gives {} a moment of inertia of {:g} kg·m² about an axis, which no "
                                         "body has",
-                                        link.link, moments.minCoeff()));
+                                        link.link, *least_kg_m2));
+  const double moment_kg_m2 = largest_moment_kg_m2(body);
+  const double most_kg_m2 = kMaxMomentFactor * largest_moment_kg_m2(ours);
+  if (!(moment_kg_m2 <= most_kg_m2))
+    refuse("inertia_kg_m2", fmt::format("gives {} a moment of inertia of {:g} kg·m², allowed is {:.3g}",
+                                        link.link, moment_kg_m2, most_kg_m2));
 }
 
 Misfits misfits_of(const RobotFile& robot) {
@@ -151,15 +200,18 @@ Misfits misfits_of(const RobotFile& robot) {
   Misfits misfits;
   check_geometry(arm.arm, misfits);
   check_gravity(arm, misfits);
-  for (const ArmDrive& drive : arm.drives) check_drive(drive, misfits);
-  for (const ArmLink& link : arm.arm.links) check_link(link, misfits);
-  if (arm.payload_kg > kHeavyPayload_kg)
+  for (std::size_t i = 0; i < arm.drives.size(); ++i) {
+    check_drive(arm.drives[i], i, misfits);
+    check_factors(robot.columns, i, arm.drives[i].joint, misfits);
+    check_link(arm.arm.links[i], youbot_arm().links[i].inertia, misfits);
+  }
+  if (arm.payload_kg > kMaxPayload_kg)
     misfits.push_back({"payload", "", "mass_kg",
-                       fmt::format("is {:g}, allowed is 0 to {:g}", arm.payload_kg, kHeavyPayload_kg)});
-  if (arm.payload_kg > 0 && !(arm.p_TP_m.norm() <= kLongLink_m))
+                       fmt::format("is {:g}, allowed is 0 to {:g}", arm.payload_kg, kMaxPayload_kg)});
+  if (arm.payload_kg > 0 && !(arm.p_TP_m.norm() <= kMaxPayloadDistance_m))
     misfits.push_back(
         {"payload", "", "centre_m",
-         fmt::format("is {:g} m from the tip, allowed is {:g}", arm.p_TP_m.norm(), kLongLink_m)});
+         fmt::format("is {:g} m from the tip, allowed is {:g}", arm.p_TP_m.norm(), kMaxPayloadDistance_m)});
   return misfits;
 }
 
@@ -172,7 +224,22 @@ control::ModelChanges::LinkChange link_change(const control::LinkInertia& body,
   return change;
 }
 
-ArmModel arm_model_of(const ArmDescription& arm) {
+std::vector<std::string> scaled_columns(const RobotFile::Columns& columns) {
+  std::vector<std::string> lines;
+  const auto add = [&](std::string_view key, double factor, const std::string& column) {
+    if (factor != 1)
+      lines.push_back(fmt::format("identified from recordings whose {} was multiplied by {} = {:g}", column,
+                                  key, factor));
+  };
+  for (std::size_t i = 0; i < columns.position.size(); ++i) {
+    add("position_factor", columns.position_factor[i], columns.position[i]);
+    add("torque_factor", columns.torque_factor[i], columns.torque[i]);
+  }
+  return lines;
+}
+
+ArmModel arm_model_of(const RobotFile& robot) {
+  const ArmDescription& arm = robot.arm;
   ArmModel model;
   for (std::size_t i = 0; i < arm.drives.size(); ++i) {
     // Link 0 is the base.
@@ -180,10 +247,11 @@ ArmModel arm_model_of(const ArmDescription& arm) {
     const ArmDrive& drive = arm.drives[i];
     model.friction.coulomb_Nm[i] = drive.coulomb_Nm;
     model.friction.viscous_Nm_s_per_rad[i] = drive.viscous_Nm_s_per_rad;
-    if (drive.rotor_inertia_kg_m2 > 0) model.rotor_inertia_kg_m2[i] = drive.rotor_inertia_kg_m2;
+    model.rotor_inertia_kg_m2[i] = drive.rotor_inertia_kg_m2;
   }
   model.changes.payload_kg = arm.payload_kg;
   model.changes.payload_p_T_m = youbot_arm().X_LT.inverse() * (arm.arm.X_LT * arm.p_TP_m);
+  model.scaled_columns = scaled_columns(robot.columns);
   return model;
 }
 
@@ -194,28 +262,46 @@ std::string numbers_text(const auto& values, const char* format) {
   return text;
 }
 
+std::string tensor_text(const Eigen::Matrix3d& I) {
+  return numbers_text(std::array{I(0, 0), I(0, 1), I(0, 2), I(1, 1), I(1, 2), I(2, 2)}, "{:.6f}");
+}
+
+/// Empty if nothing differs.
+std::string link_text(const ArmLink& link, const control::ModelChanges::LinkChange& change) {
+  std::vector<std::string> parts;
+  const auto add = [&](const char* what, const std::string& before, const std::string& after,
+                       const char* unit) {
+    if (after != before) parts.push_back(fmt::format("{} {} -> {} {}", what, before, after, unit));
+  };
+  const control::LinkInertia& ours = link.inertia;
+  add("mass", fmt::format("{:g}", ours.mass_kg), fmt::format("{:g}", change.mass_factor * ours.mass_kg),
+      "kg");
+  add("centre of mass", numbers_text(ours.p_LC_m, "{:.4f}"),
+      numbers_text(Eigen::Vector3d(ours.p_LC_m + change.com_shift_m), "{:.4f}"), "m");
+  const Eigen::Matrix3d after = change.mass_factor * ours.about_C_kg_m2 + change.inertia_change_kg_m2;
+  if (!(after - ours.about_C_kg_m2).isZero(kShownInertia_kg_m2))
+    parts.push_back(fmt::format("rotational inertia xx, xy, xz, yy, yz, zz {} -> {} kg·m²",
+                                tensor_text(ours.about_C_kg_m2), tensor_text(after)));
+  return fmt::format("{}", fmt::join(parts, "; "));
+}
+
 }  // namespace
 
 ArmModel read_arm_model(const std::filesystem::path& path) {
   if (describes_base(path))
-    throw ConfigError({fmt::format("{}: describes a base, and an arm is expected", path.string())});
-  return arm_model_of(read_robot_file(path, misfits_of).arm);
+    throw ConfigError(
+        {fmt::format("{}: [base] or [[wheel]] makes it the description of a base, and an arm is "
+                     "expected, such as control/youbot_arm.toml",
+                     path.string())});
+  return arm_model_of(read_robot_file(path, misfits_of));
 }
 
 std::vector<std::string> arm_model_lines(const ArmModel& model) {
   std::vector<std::string> lines;
   for (std::size_t i = 0; i < youbot_arm().links.size(); ++i) {
-    const control::ModelChanges::LinkChange& change = model.changes.links[i + 1];
     const ArmLink& link = youbot_arm().links[i];
-    const double mass_kg = link.inertia.mass_kg;
-    const Eigen::Vector3d shift_mm = 1000 * change.com_shift_m;
-    if (change.mass_factor == 1 && shift_mm.isZero(0) &&
-        change.inertia_change_kg_m2.isZero(kSameInertia_kg_m2))
-      continue;
-    lines.push_back(fmt::format(
-        "{}: {:.3f} kg, not {:.3f}; centre of mass moved by {:.1f}, {:.1f}, {:.1f} mm{}", link.link,
-        change.mass_factor * mass_kg, mass_kg, shift_mm.x(), shift_mm.y(), shift_mm.z(),
-        change.inertia_change_kg_m2.isZero(kSameInertia_kg_m2) ? "" : "; its own rotational inertia"));
+    if (const std::string text = link_text(link, model.changes.links[i + 1]); !text.empty())
+      lines.push_back(link.link + ": " + text);
   }
   if (model.changes.payload_kg > 0)
     lines.push_back(fmt::format("payload: {:.3f} kg at {} m from the tip", model.changes.payload_kg,
@@ -224,11 +310,9 @@ std::vector<std::string> arm_model_lines(const ArmModel& model) {
                               numbers_text(model.friction.coulomb_Nm, "{:.3f}")));
   lines.push_back(fmt::format("viscous friction of joints 1 to 5: {} N·m·s/rad",
                               numbers_text(model.friction.viscous_Nm_s_per_rad, "{:.3f}")));
-  for (std::size_t i = 0; i < model.rotor_inertia_kg_m2.size(); ++i)
-    lines.push_back(
-        model.rotor_inertia_kg_m2[i]
-            ? fmt::format("rotor inertia of joint {}: {:.4f} kg·m²", i + 1, *model.rotor_inertia_kg_m2[i])
-            : fmt::format("rotor inertia of joint {}: not in the file, the usual one", i + 1));
+  lines.push_back(fmt::format("rotor inertia of joints 1 to 5: {} kg·m²",
+                              numbers_text(model.rotor_inertia_kg_m2, "{:.4f}")));
+  lines.insert(lines.end(), model.scaled_columns.begin(), model.scaled_columns.end());
   return lines;
 }
 

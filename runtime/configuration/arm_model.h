@@ -3,7 +3,6 @@
 #pragma once
 #include <array>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,17 +15,23 @@ namespace runtime {
 struct ArmModel {
   control::ModelChanges changes;  ///< links of the arm and payload
   control::ArmFriction friction;
-  /// Behind the gears; empty: not in the file.
-  std::array<std::optional<double>, control::kArmJoints> rotor_inertia_kg_m2{};
+  std::array<double, control::kArmJoints> rotor_inertia_kg_m2{};  ///< behind the gears
+  /// A line for each factor that scaled a recording before its torques were identified.
+  std::vector<std::string> scaled_columns;
 };
 
+inline constexpr double kMaxPayload_kg = 2;
+/// N·m, and N·m·s/rad.
+inline constexpr double kMaxJointFriction = 10;
+
 /// The file's geometry must be that of control/youbot.urdf, because all else here relies on that. Columns,
-/// factors, gear ratios and the band are about recordings and make no difference.
+/// gear ratios and the band are about recordings and make no difference.
 /// @throws ConfigError with all problems, each with file, line and key: also for each effect in the file that
-/// our model has no place for, because half of a model compensates worse than none.
+/// our model has no place for, because half of a model compensates worse than none, and for each value that
+/// is not near that of a youBot.
 ArmModel read_arm_model(const std::filesystem::path& path);
 
-/// What the model changes, a line for each link that differs, the payload and the friction, for people.
+/// What the model changes, for people: what differs of each link, payload, friction, rotors, scaled columns.
 std::vector<std::string> arm_model_lines(const ArmModel& model);
 
 }  // namespace runtime

@@ -245,6 +245,8 @@ class RobotReader {
       body.p_LC_m = Eigen::Vector3d(centre.data());
       body.about_C_kg_m2 << inertia[0], inertia[1], inertia[2], inertia[1], inertia[3], inertia[4],
           inertia[2], inertia[4], inertia[5];
+      if (parts_.contains({"link", name}))
+        table.refuse("name", fmt::format("is '{}' again: a link has one table", name));
       link->inertia = body;
       robot_.links_changed = true;
       parts_.emplace(std::pair("link", name), table);

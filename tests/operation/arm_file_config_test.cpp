@@ -301,7 +301,8 @@ TEST_F(ArmFileConfig, AKilogramAtTheStretchedArmPullsWithItsLever) {
   ArmDescription arm = given_;
   arm.payload_kg = 1;
   deliver(arm);
-  const ArmVector more_Nm = weight_Nm(load().teleoperation.robot.model, kPoses[0]) - weight_Nm({}, kPoses[0]);
+  const ArmVector more_Nm =
+      weight_Nm(load().teleoperation.robot.model, kPoses[0]) - weight_Nm({}, kPoses[0]);
   // A positive angle bends these joints forward and down, so they hold the weight with a negative torque.
   EXPECT_NEAR(more_Nm[0], 0, 1e-12);
   EXPECT_NEAR(more_Nm[1], -(0.155 + 0.135 + 0.2175) * kGravity_m_per_s2, 1e-9);
@@ -493,7 +494,7 @@ TEST_F(ArmFileConfig, ATiltedBaseAnotherGeometryAndAnotherRobotAreRefused) {
   expect_refused("'gravity_m_per_s2' is 2.86 degrees off the axis of arm_joint_1");
   arm.gravity_B_m_per_s2 = {0, 0, -9.5};
   deliver(arm);
-  expect_refused("'gravity_m_per_s2' is 9.500 m/s² in all; allowed is 9.810, within 0.05");
+  expect_refused("'gravity_m_per_s2' has a magnitude of 9.500 m/s²; allowed is 9.810, within 0.05");
   arm.gravity_B_m_per_s2 = {0, 0, -9.81};
   deliver(arm);
   EXPECT_EQ(problems(), "");
@@ -522,7 +523,8 @@ TEST_F(ArmFileConfig, ATiltedBaseAnotherGeometryAndAnotherRobotAreRefused) {
       "moves arm_joint_1, arm_joint_2, arm_joint_3, arm_joint_4, arm_joint_5, in this order");
   fs::copy_file(support::source_dir() + "/tests/data/diff_drive_base/robot.toml",
                 directory_ / "arm/model.toml", fs::copy_options::overwrite_existing);
-  expect_refused("arm/model.toml: describes a base, and an arm is expected");
+  expect_refused(
+      "arm/model.toml: [base] or [[wheel]] makes it the description of a base, and an arm is expected");
 }
 
 TEST_F(ArmFileConfig, ValuesThatNoArmHasAreRefusedWithTheirLine) {
@@ -533,24 +535,86 @@ TEST_F(ArmFileConfig, ValuesThatNoArmHasAreRefusedWithTheirLine) {
     expect_refused(message);
   };
   refused([](ArmDescription& arm) { arm.arm.links[1].inertia.mass_kg = 0; },
-          ".mass_kg' gives arm_link_2 0 kg, allowed is above 0 to 10");
+          ".mass_kg' gives arm_link_2 0 kg, allowed is 0.57");
+  refused([](ArmDescription& arm) { arm.arm.links[4].inertia.mass_kg = 1; },
+          ".mass_kg' gives arm_link_5 1 kg, allowed is 0.248 to 0.992: 0.5 to 2 times its mass");
   refused([](ArmDescription& arm) { arm.arm.links[1].inertia.p_LC_m.z() = 0.5; },
-          ".centre_m' places the centre of mass of arm_link_2 0.5");
+          ".centre_m' places the centre of mass of arm_link_2 0.39");
   refused([](ArmDescription& arm) { arm.arm.links[3].inertia.about_C_kg_m2(0, 0) = -0.01; },
           ".inertia_kg_m2' gives arm_link_4 a moment of inertia of -0.01");
+  refused([](ArmDescription& arm) { arm.arm.links[3].inertia.about_C_kg_m2(0, 0) = 0.1; },
+          ".inertia_kg_m2' gives arm_link_4 a moment of inertia of 0.1 kg·m², allowed is 0.01");
   refused([](ArmDescription& arm) { arm.payload_kg = 3; }, "'payload.mass_kg' is 3, allowed is 0 to 2");
   refused([](ArmDescription& arm) { arm.p_TP_m.x() = 0.4; }, "'payload.centre_m' is 0.4");
   refused([](ArmDescription& arm) { arm.drives[2].coulomb_Nm = 11; },
           "'drive[2].coulomb_Nm' of arm_joint_3 is 11, allowed is 0 to 10");
   refused([](ArmDescription& arm) { arm.drives[2].coulomb_Nm = -1; }, "'drive[2].coulomb_Nm' is -1");
+  const auto rotor = [&](double value_kg_m2, const std::string& message) {
+    refused([&](ArmDescription& arm) { arm.drives[2].rotor_inertia_kg_m2 = value_kg_m2; },
+            "'drive[2].rotor_inertia_kg_m2' of arm_joint_3 is " + message +
+                ", allowed is 0.027 to 0.675 kg·m² behind the gear");  // 0.2 and 5 times 100²·1.35e-5
+  };
+  rotor(1.35e-5, "1.35e-05");
+  rotor(10, "10");
+  rotor(0, "zero or missing");
+}
+
+TEST_F(ArmFileConfig, LinksWithoutRotationalInertiaArePointMasses) {
+  ArmDescription arm = given_;
+  for (control::ArmLink& link : arm.arm.links) {
+    link.inertia.about_C_kg_m2.setZero();
+    link.inertia.mass_kg *= 1.1;
+  }
+  deliver(arm);
+  RobotModel model = at(load().teleoperation.robot.model, kPoses[1]);
+  for (std::size_t i = 0; i < kArmJoints; ++i)
+    EXPECT_NEAR(model.mass().diagonal()[static_cast<Eigen::Index>(kBaseAxes + i)],
+                inertia_kg_m2(arm, kPoses[1], i), 1e-12)
+        << "joint " << i + 1;
+}
+
+TEST_F(ArmFileConfig, ALinkHasOneTable) {
+  deliver(given_);
+  write(delivered() +
+        "[[link]]\nname = \"arm_link_2\"\nmass_kg = 1.2\n"
+        "[[link]]\nname = \"arm_link_2\"\nmass_kg = 1.3\n");
+  expect_refused("'link[1].name' is 'arm_link_2' again: a link has one table");
+}
+
+TEST_F(ArmFileConfig, AFactorOfAColumnOfYoubotdIsRefusedAndOfAnotherReported) {
+  deliver(given_);
+  const std::string good = delivered();
+  const std::string column = "torque_column = \"arm_2_torque_measured_Nm\"\n";
+  const auto with = [&](const std::string& lines) {
+    std::string text = good;
+    write(text.replace(text.find(column), column.size(), lines));
+  };
+  with(column + "torque_factor = 0.5\n");
+  expect_refused(
+      "'drive[1].torque_factor' of arm_joint_2 is 0.5, but arm_2_torque_measured_Nm is a column of");
+  with("torque_column = \"current_2_A\"\ntorque_factor = 0.5\nfriction_before_gear = true\n");
+  EXPECT_EQ(runtime::arm_model_lines(load().arm_file->model).back(),
+            "identified from recordings whose current_2_A was multiplied by torque_factor = 0.5");
+}
+
+TEST_F(ArmFileConfig, WhatTheFileChangesIsListed) {
+  ArmDescription arm = given_;
+  arm.arm.links[1].inertia.mass_kg = 1.1552;
+  arm.arm.links[2].inertia.p_LC_m = {0.001, 0.02, 0.09};
+  deliver(arm);
+  const std::vector<std::string> lines = runtime::arm_model_lines(load().arm_file->model);
+  ASSERT_GE(lines.size(), 2U);
+  EXPECT_EQ(lines[0], "arm_link_2: mass 1.155 -> 1.1552 kg");
+  EXPECT_EQ(lines[1], "arm_link_3: centre of mass -0.0001, 0.0211, 0.0967 -> 0.0010, 0.0200, 0.0900 m");
+  EXPECT_EQ(lines.back(), "rotor inertia of joints 1 to 5: 0.2000, 0.2000, 0.2000, 0.2000, 0.2000 kg·m²");
 }
 
 TEST_F(ArmFileConfig, AValueHasOneSource) {
   deliver(given_);
-  EXPECT_EQ(
-      problems(kArm + "payload_kg = 0.1\nposture_Nm_per_rad = 5\n"),
-      "lab.toml:3: 'teleoperation.arm.payload_kg' and 'teleoperation.arm.robot_file' exclude each other: "
-      "the file has its value");
+  EXPECT_EQ(problems(kArm + "payload_kg = 0.1\nposture_Nm_per_rad = 5\n"),
+            "lab.toml:3: 'teleoperation.arm.payload_kg' is given by the file of "
+            "'teleoperation.arm.robot_file' too: "
+            "remove one of the two");
   EXPECT_EQ(problems("[teleoperation.arm]\nrobot_file = \"none.toml\"\n").find("lab.toml:2: "), 0U);
   EXPECT_EQ(load("robot = \"loopback\"\n").arm_file, std::nullopt);
 }
