@@ -80,6 +80,8 @@ TipPose start_pose(const Teleoperation::Config& config) {
                              Eigen::AngleAxisd(config.start_pitch_rad, Eigen::Vector3d::UnitY()))};
 }
 
+}  // namespace
+
 ArmVector start_posture(const Teleoperation::Config& config, RobotModel& model) {
   for (int i = 0; i < kArmJoints; ++i) {
     const JointRange& range = model.ranges()[static_cast<std::size_t>(i)];
@@ -97,6 +99,8 @@ ArmVector start_posture(const Teleoperation::Config& config, RobotModel& model) 
         std::to_string(config.start_pitch_rad * 180 / std::numbers::pi) + " deg");
   return *posture_rad;
 }
+
+namespace {
 
 /// Minimum-jerk profile, 0 to 1 in unit time (Flash and Hogan, J. Neuroscience 5:1688, 1985).
 double least_jerk(double t) noexcept { return t < 1 ? t * t * t * (10 + t * (6 * t - 15)) : 1.0; }

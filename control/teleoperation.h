@@ -303,4 +303,8 @@ class Teleoperation {
   TeleopOutput output_;
 };
 
+/// Posture in which the approach to the start ends. `model`: gives the geometry alone. Setup.
+/// @throws UnreachableStart, or std::invalid_argument if the unfolded arm is beyond the range of a joint
+ArmVector start_posture(const Teleoperation::Config& config, RobotModel& model);
+
 }  // namespace control

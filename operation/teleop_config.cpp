@@ -4,11 +4,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstddef>
 #include <numbers>
 #include <span>
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "control/robot_model.h"
 #include "control/serial_arm.h"
@@ -21,6 +24,8 @@ using control::Teleoperation;
 using runtime::TomlTable;
 
 constexpr double kDegree = std::numbers::pi / 180;
+/// Of a joint's torque limit that weight may take. The rest moves the arm.
+constexpr double kMaxWeightShare = 0.9;
 
 /// In degrees in the file, in radians here.
 void read_degrees(TomlTable& table, std::string_view key, double& value_rad, double min, double max) {
@@ -176,6 +181,32 @@ std::string self_contained_text(runtime::RobotFile robot, const runtime::ArmMode
   return runtime::robot_file_text(robot, kArmFileUrdf, robot.arm, {}, {});
 }
 
+/// Where the arm has to hold still before its operator can move it.
+void check_weight(TomlTable& table, const ArmFile& file, const Teleoperation::Config& control) {
+  control::RobotModel model(control.robot.model);
+  std::vector<std::pair<std::string_view, control::ArmVector>> postures{{"unfolded", control.unfolded_rad}};
+  try {
+    postures.emplace_back("at the start", control::start_posture(control, model));
+  } catch (const std::invalid_argument&) {
+    return;  // refused later, with its reason: no such start
+  }
+  for (const auto& [where, posture_rad] : postures) {
+    model.update((control::ChainVector() << 0, 0, 0, posture_rad).finished());
+    const control::ArmVector weight_Nm = model.gravity_Nm().tail<control::kArmJoints>();
+    for (std::size_t i = 0; i < control.robot.arm_torque_limit_Nm.size(); ++i) {
+      const double needed_Nm = std::abs(weight_Nm[static_cast<Eigen::Index>(i)]);
+      const double allowed_Nm = kMaxWeightShare * control.robot.arm_torque_limit_Nm[i];
+      if (needed_Nm > allowed_Nm)
+        table.refuse(
+            "robot_file",
+            fmt::format("names {}, whose arm is too heavy: {}, arm_joint_{} holds {:.2f} N·m against "
+                        "weight and payload; allowed is {:.2f}, {:g} of 'teleoperation.arm."
+                        "torque_limit_Nm'",
+                        file.path.string(), where, i + 1, needed_Nm, allowed_Nm, kMaxWeightShare));
+    }
+  }
+}
+
 std::optional<ArmFile> read_arm(TomlTable table, const std::filesystem::path& folder,
                                 Teleoperation::Config& control) {
   control::WholeBodyController::Config& robot = control.robot;
@@ -201,6 +232,7 @@ std::optional<ArmFile> read_arm(TomlTable table, const std::filesystem::path& fo
   table.number("setpoint_rad_per_s3", control.joint_setpoint.jerk, {.min = 10, .max = 50'000});
   table.number("following_error_rad", control.joint_following_error_rad, {.min = 0.02, .max = 3});
   table.number("payload_kg", robot.model.payload_kg, {.min = 0, .max = runtime::kMaxPayload_kg});
+  if (file) check_weight(table, *file, control);
   return file;
 }
 

@@ -37,6 +37,8 @@ using model::kGravity_m_per_s2;
 
 constexpr double kDegree = std::numbers::pi / 180;
 const std::string kArm = "[teleoperation.arm]\nrobot_file = \"arm/model.toml\"\n";
+/// Joints that hold a kilogram at the tip.
+const std::string kStrongArm = kArm + "torque_limit_Nm = [15, 15, 15, 15, 15]\n";
 
 /// Deflections from the arm that points straight up.
 ArmVector pose_rad(double joint1_deg, double joint2_deg, double joint3_deg, double joint4_deg) {
@@ -302,7 +304,7 @@ TEST_F(ArmFileConfig, AKilogramAtTheStretchedArmPullsWithItsLever) {
   arm.payload_kg = 1;
   deliver(arm);
   const ArmVector more_Nm =
-      weight_Nm(load().teleoperation.robot.model, kPoses[0]) - weight_Nm({}, kPoses[0]);
+      weight_Nm(load(kStrongArm).teleoperation.robot.model, kPoses[0]) - weight_Nm({}, kPoses[0]);
   // A positive angle bends these joints forward and down, so they hold the weight with a negative torque.
   EXPECT_NEAR(more_Nm[0], 0, 1e-12);
   EXPECT_NEAR(more_Nm[1], -(0.155 + 0.135 + 0.2175) * kGravity_m_per_s2, 1e-9);
@@ -315,12 +317,12 @@ TEST_F(ArmFileConfig, APayloadIsWhereTheFileSeesItFromItsOwnTip) {
   ArmDescription arm = given_;
   arm.payload_kg = 1;
   deliver(arm);
-  const ArmVector at_tip_Nm = weight_Nm(load().teleoperation.robot.model, kPoses[1]);
+  const ArmVector at_tip_Nm = weight_Nm(load(kStrongArm).teleoperation.robot.model, kPoses[1]);
   std::string text = delivered();
   text.replace(text.find("tip = \"tip\""), 11, "tip = \"arm_link_5\"");
   text.replace(text.find("centre_m = [0.0, 0.0, 0.0]"), 26, "centre_m = [0.0, 0.0, 0.0875]");
   write(text);
-  EXPECT_LT((weight_Nm(load().teleoperation.robot.model, kPoses[1]) - at_tip_Nm).norm(), 1e-9);
+  EXPECT_LT((weight_Nm(load(kStrongArm).teleoperation.robot.model, kPoses[1]) - at_tip_Nm).norm(), 1e-9);
 }
 
 TEST_F(ArmFileConfig, TheArmToStartFromIsTheDaemonsOwnModel) {
@@ -557,6 +559,23 @@ TEST_F(ArmFileConfig, ValuesThatNoArmHasAreRefusedWithTheirLine) {
   rotor(1.35e-5, "1.35e-05");
   rotor(10, "10");
   rotor(0, "zero or missing");
+}
+
+// The end effector starts 30 degrees below the horizontal; joint 4 holds 2 N·m.
+TEST_F(ArmFileConfig, AnArmThatJoint4CannotHoldAtItsStartIsRefused) {
+  ArmDescription arm = given_;
+  arm.payload_kg = 0.25;
+  deliver(arm);
+  EXPECT_EQ(problems(), "");
+  arm.payload_kg = 2;
+  arm.p_TP_m.z() = 0.1;
+  deliver(arm);
+  expect_refused(
+      "lab.toml:2: 'teleoperation.arm.robot_file' names arm/model.toml, whose arm is too heavy: at the "
+      "start, "
+      "arm_joint_4 holds ");
+  expect_refused("; allowed is 1.80, 0.9 of 'teleoperation.arm.torque_limit_Nm'");
+  EXPECT_EQ(problems(kStrongArm), "");
 }
 
 TEST_F(ArmFileConfig, LinksWithoutRotationalInertiaArePointMasses) {
