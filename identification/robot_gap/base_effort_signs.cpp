@@ -34,6 +34,8 @@ enum TorqueColumn : Eigen::Index {
   kOfInertia,
   kOfSlopeX,
   kOfSlopeY,
+  kOfTurning,
+  kOfSideways,
   kTorqueColumns
 };
 
@@ -64,10 +66,16 @@ std::vector<WheelTorque> wheel_torques(const BaseDescription& given,
   along_x.body.slope.x() = 1;
   BaseDescription along_y = level;
   along_y.body.slope.y() = 1;
+  BaseDescription turning = level;
+  turning.body.turning_resistance_Nm = 1;
+  BaseDescription sideways = level;
+  sideways.body.sideways_resistance_N = 1;
   const BaseForces as_given(given, given, -1);
   const BaseForces inertia(level, level, -1);
   const BaseForces slope_x(along_x, along_x, -1);
   const BaseForces slope_y(along_y, along_y, -1);
+  const BaseForces resists_turning(turning, turning, -1);
+  const BaseForces resists_sideways(sideways, sideways, -1);
   Eigen::Index count = 0;
   for (const std::vector<EffortWindow>& own : windows) count += static_cast<Eigen::Index>(own.size());
   std::vector<WheelTorque> wheels(
@@ -79,6 +87,8 @@ std::vector<WheelTorque> wheel_torques(const BaseDescription& given,
       const Eigen::VectorXd by_inertia = inertia.reported_torques(window);
       const Eigen::VectorXd by_x = slope_x.reported_torques(window) - by_inertia;
       const Eigen::VectorXd by_y = slope_y.reported_torques(window) - by_inertia;
+      const Eigen::VectorXd by_turning = resists_turning.reported_torques(window) - by_inertia;
+      const Eigen::VectorXd by_sideways = resists_sideways.reported_torques(window) - by_inertia;
       const Eigen::VectorXd by_given = as_given.reported_torques(window);
       for (std::size_t w = 0; w < wheels.size(); ++w) {
         const auto at = static_cast<Eigen::Index>(w);
@@ -89,24 +99,29 @@ std::vector<WheelTorque> wheel_torques(const BaseDescription& given,
         wheels[w].columns(row, kOfInertia) = by_inertia[at];
         wheels[w].columns(row, kOfSlopeX) = by_x[at];
         wheels[w].columns(row, kOfSlopeY) = by_y[at];
+        wheels[w].columns(row, kOfTurning) = by_turning[at];
+        wheels[w].columns(row, kOfSideways) = by_sideways[at];
       }
       ++row;
     }
   return wheels;
 }
 
-/// Whether friction drives and mass brakes.
+/// Whether friction drives and mass brakes. On one arc the resistance to turning looks like friction of the
+/// outer wheel and like its opposite of the inner one: only what no resistance explains says anything.
 bool is_negated(const WheelTorque& wheel) {
   const Eigen::VectorXd by = wheel.columns.completeOrthogonalDecomposition().solve(wheel.torque_Nm);
   const Eigen::VectorXd friction =
       by[kOfDirection] * wheel.direction() + by[kOfSpeed] * wheel.columns.col(kOfSpeed);
-  const double of_friction = friction.squaredNorm();
+  const auto resistances = wheel.columns.middleCols<2>(kOfTurning);
+  const Eigen::VectorXd distinct =
+      friction - resistances * resistances.completeOrthogonalDecomposition().solve(friction);
   const double of_inertia = (by[kOfInertia] * wheel.columns.col(kOfInertia)).squaredNorm();
-  const double all = of_friction + of_inertia;
+  const double all = friction.squaredNorm() + of_inertia;
   const double left = (wheel.torque_Nm - wheel.columns * by).squaredNorm();
   if (!(all > 0) || left > kExplainedShare * (all + left)) return false;
-  const double for_friction = friction.dot(wheel.direction()) < 0 ? -of_friction : of_friction;
-  const double for_inertia = by[kOfInertia] < 0 ? -of_inertia : of_inertia;
+  const double for_friction = std::copysign(distinct.squaredNorm(), distinct.dot(wheel.direction()));
+  const double for_inertia = std::copysign(of_inertia, by[kOfInertia]);
   return for_friction + for_inertia < -kNegated * all;
 }
 
@@ -164,14 +179,17 @@ std::vector<std::string> check_torque_signs(const BaseDescription& given,
       throw std::invalid_argument(of +
                                   " has the wrong sign: by it friction drives the wheel, or mass brakes it; "
                                   "change the sign of its torque_factor");
-    const Eigen::VectorXd level_Nm =
-        wheel.torque_Nm - wheel.columns.middleCols<2>(kOfSlopeX) * given.body.slope;
+    const Eigen::VectorXd level_Nm = wheel.torque_Nm -
+                                     wheel.columns.middleCols<2>(kOfSlopeX) * given.body.slope -
+                                     given.body.turning_resistance_Nm * wheel.columns.col(kOfTurning) -
+                                     given.body.sideways_resistance_N * wheel.columns.col(kOfSideways);
     if (const double level_sign = one_sign(wheel, level_Nm); level_sign != 0)
       notes.push_back(one_sided(level_sign) + ", as on a slope; check torque_column if the floor is level");
     else if (level_Nm.dot(wheel.direction()) < -kNegated * level_Nm.lpNorm<1>())
-      notes.push_back(of +
-                      " brakes the wheel most of the time, as downhill; check torque_column and "
-                      "torque_factor if the floor is level");
+      notes.push_back(
+          of +
+          " brakes the wheel most of the time, as downhill or inside a turn; check torque_column and "
+          "torque_factor if the floor is level");
   }
   return notes;
 }

@@ -84,6 +84,27 @@ TEST(TorqueSigns, DownhillABrakingTorqueIsReportedOnly) {
   EXPECT_TRUE(check_torque_signs(given, driven(-0.15, true)).empty());
 }
 
+/// To and fro on one left arc: 10 N·m against turning are 10·0.05/0.4 = 1.25 N·m of each wheel, which push
+/// the right one and brake the left one.
+std::vector<std::vector<EffortWindow>> on_one_arc() {
+  auto windows = driven(0);
+  for (EffortWindow& window : windows[0]) {
+    const double way = window.sign[0];
+    window.turning_sign = way;
+    window.torque_Nm += way * Eigen::Vector2d(-1.25, 1.25);
+  }
+  return windows;
+}
+
+TEST(TorqueSigns, OnOneArcTheInnerWheelBrakesIfTheBaseResistsTurning) {
+  BaseDescription given = ten_kilograms();
+  given.body.turning_resistance_Nm = 10;
+  EXPECT_TRUE(check_torque_signs(given, on_one_arc()).empty());
+  const auto notes = check_torque_signs(ten_kilograms(), on_one_arc());
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_NE(notes[0].find("left brakes the wheel"), std::string::npos) << notes[0];
+}
+
 TEST(TorqueSigns, AMagnitudeIsRefusedWhateverItsFactor) {
   for (const double factor : {1.0, -1.0}) {
     auto windows = driven(0);
