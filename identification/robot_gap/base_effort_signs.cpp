@@ -107,8 +107,14 @@ std::vector<WheelTorque> wheel_torques(const BaseDescription& given,
   return wheels;
 }
 
+bool has_both_directions(const WheelTorque& wheel) {
+  const double ahead = (wheel.direction().array() > 0).cast<double>().mean();
+  return std::min(ahead, 1 - ahead) >= kBothDirections;
+}
+
 /// Whether friction drives and mass brakes. On one arc the resistance to turning looks like friction of the
-/// outer wheel and like its opposite of the inner one: only what no resistance explains says anything.
+/// outer wheel and like its opposite of the inner one: only what no resistance explains says anything. In one
+/// direction only, friction cannot be distinguished from a slope or an offset.
 bool is_negated(const WheelTorque& wheel) {
   const Eigen::VectorXd by = wheel.columns.completeOrthogonalDecomposition().solve(wheel.torque_Nm);
   const Eigen::VectorXd friction =
@@ -120,19 +126,20 @@ bool is_negated(const WheelTorque& wheel) {
   const double all = friction.squaredNorm() + of_inertia;
   const double left = (wheel.torque_Nm - wheel.columns * by).squaredNorm();
   if (!(all > 0) || left > kExplainedShare * (all + left)) return false;
-  const double for_friction = std::copysign(distinct.squaredNorm(), distinct.dot(wheel.direction()));
+  const double for_friction =
+      has_both_directions(wheel) ? std::copysign(distinct.squaredNorm(), distinct.dot(wheel.direction())) : 0;
   const double for_inertia = std::copysign(of_inertia, by[kOfInertia]);
   return for_friction + for_inertia < -kNegated * all;
 }
 
 /// 1 or -1 if almost all windows have that sign of the torque, both forwards and backwards; otherwise 0.
 double one_sign(const WheelTorque& wheel, const Eigen::VectorXd& torque_Nm) {
+  if (!has_both_directions(wheel)) return 0;
   const Eigen::ArrayXd forwards = (wheel.direction().array() > 0).cast<double>();
   const Eigen::ArrayXd positive = (torque_Nm.array() > 0).cast<double>();
   const auto count = static_cast<double>(forwards.size());
   const double ahead = forwards.sum();
   const double back = count - ahead;
-  if (std::min(ahead, back) < kBothDirections * count) return 0;
   const double positive_ahead = (forwards * positive).sum();
   const double positive_back = positive.sum() - positive_ahead;
   if (positive_ahead > kOneSided * ahead && positive_back > kOneSided * back) return 1;

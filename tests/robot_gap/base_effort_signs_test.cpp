@@ -105,6 +105,24 @@ TEST(TorqueSigns, OnOneArcTheInnerWheelBrakesIfTheBaseResistsTurning) {
   EXPECT_NE(notes[0].find("left brakes the wheel"), std::string::npos) << notes[0];
 }
 
+TEST(TorqueSigns, ForwardsOnlyFrictionMayFallWithSpeed) {
+  for (const double factor : {1.0, -1.0}) {
+    auto windows = driven(0, true);
+    for (std::size_t i = 0; i < windows[0].size(); ++i) {
+      EffortWindow& window = windows[0][i];
+      const double speed = 1.5 + 0.5 * std::sin(0.9 * static_cast<double>(i));
+      const double by_mass_Nm = 10 * 0.05 * 0.05 / 2 * 0.1 * window.acceleration_rad_per_s2[0];
+      window.speed_rad_per_s.setConstant(speed);
+      window.speed_products.setConstant(speed * speed);
+      window.acceleration_rad_per_s2 = window.rolled_rad_per_s2 = 0.1 * window.acceleration_rad_per_s2;
+      window.torque_Nm.setConstant(factor * (by_mass_Nm + 0.1 - 0.03 * speed));
+    }
+    const auto notes = check_torque_signs(ten_kilograms(), windows);
+    ASSERT_EQ(notes.size(), factor > 0 ? 0U : 2U);
+    if (factor < 0) EXPECT_NE(notes[0].find("left brakes the wheel"), std::string::npos) << notes[0];
+  }
+}
+
 TEST(TorqueSigns, AMagnitudeIsRefusedWhateverItsFactor) {
   for (const double factor : {1.0, -1.0}) {
     auto windows = driven(0);
