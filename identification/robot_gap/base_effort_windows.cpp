@@ -20,9 +20,9 @@ using control::PlanarVector;
 /// Below this share of its top speed a wheel may be at rest.
 constexpr double kRestOfTop = 0.05;
 constexpr double kTopQuantile = 0.95;
-/// A direction of the base is smoothed below this share of its top speed, and below so many standard
-/// deviations of its noise. A resistance acts in full at low speeds: as wheels turn unevenly, a base that
-/// goes straight on turns slowly to and fro.
+/// A direction of the base is smoothed below this share of its top speed, or below so many standard
+/// deviations of its noise up to the share above. A resistance acts in full at low speeds: as wheels turn
+/// unevenly, a base that goes straight on turns slowly to and fro.
 constexpr double kSignOfTop = 0.02;
 constexpr double kSignOfNoise = 2;
 constexpr double kOverlap = 0.5;
@@ -247,44 +247,59 @@ Eigen::Vector4d third_difference(const BaseRun& run, std::size_t row) {
 /// Of even samples, of which each is the mean of two: norm of that of the samples.
 constexpr double kOfAveragedSpeeds = 2.5 / 20;
 
+/// What noise leaves of a smoothed twist: one sample for each four neighbours.
+std::vector<PlanarVector> twist_noise(const BaseRun& run, const BaseRolling& rolling, double smooth_s,
+                                      int floor) {
+  const Eigen::Index needed = run.is_speed ? 5 : 4;
+  const double of_samples = run.is_speed
+                                ? 1 / std::sqrt(kOfAveragedSpeeds * static_cast<double>(kSmoothedIntervals))
+                                : std::numbers::sqrt2 / smooth_s;
+  std::vector<PlanarVector> noise;
+  for (Eigen::Index k = 0; k + needed <= run.angle_rad.cols(); ++k) {
+    const auto row = static_cast<std::size_t>(k);
+    const Eigen::Vector4d weights = third_difference(run, row);
+    Eigen::VectorXd left = Eigen::VectorXd::Zero(run.angle_rad.rows());
+    for (Eigen::Index i = 0; i < 4; ++i)
+      left += weights[i] * (run.is_speed ? speed_after(run, run.angle_rad, row + static_cast<std::size_t>(i))
+                                         : Eigen::VectorXd(run.angle_rad.col(k + i)));
+    noise.push_back(of_samples * twist_of(rolling, left, steering_after(run, row + 1), floor));
+  }
+  return noise;
+}
+
 }  // namespace
 
 RestSpeeds rest_speeds(std::span<const BaseMotion> motions, const BaseDescription& base, double smooth_s) {
   const std::size_t wheels = base.wheels.size();
   std::vector<std::vector<double>> speeds(wheels);
   std::array<std::vector<double>, 3> twists;
-  std::array<std::vector<double>, 3> bends;  // second differences
+  std::array<std::vector<double>, 3> noise;
   const BaseRolling rolling(base);
   for (const BaseMotion& motion : motions)
     for (const BaseRun& run : motion.runs) {
       const Eigen::MatrixXd own = smooth_speeds(run, smooth_s);
-      std::vector<PlanarVector> seen;
       for (Eigen::Index k = 0; k < own.cols(); ++k) {
         for (std::size_t w = 0; w < wheels; ++w)
           speeds[w].push_back(std::abs(own(static_cast<Eigen::Index>(w), k)));
         const PlanarVector twist =
             twist_of(rolling, own.col(k), steering_after(run, static_cast<std::size_t>(k)), motion.floor);
-        seen.push_back(twist);
         for (std::size_t i = 0; i < 3; ++i)
           twists[i].push_back(std::abs(twist[static_cast<Eigen::Index>(i)]));
       }
-      // Means that share no row.
-      const std::size_t apart = kSmoothedIntervals;
-      for (std::size_t k = 2 * apart; k < seen.size(); ++k)
-        for (std::size_t i = 0; i < 3; ++i) {
-          const auto axis = static_cast<Eigen::Index>(i);
-          const double bend = seen[k][axis] - 2 * seen[k - apart][axis] + seen[k - 2 * apart][axis];
-          if (bend != 0) bends[i].push_back(std::abs(bend));
-        }
+      for (const PlanarVector& one : twist_noise(run, rolling, smooth_s, motion.floor))
+        for (std::size_t i = 0; i < 3; ++i)
+          if (const double left = one[static_cast<Eigen::Index>(i)]; left != 0)
+            noise[i].push_back(std::abs(left));
     }
   RestSpeeds rest{Eigen::VectorXd(static_cast<Eigen::Index>(wheels)), PlanarVector::Zero(), smooth_s};
   for (std::size_t w = 0; w < wheels; ++w)
     rest.wheel_rad_per_s[static_cast<Eigen::Index>(w)] =
         kRestOfTop * fit::quantile(std::move(speeds[w]), kTopQuantile);
-  for (std::size_t i = 0; i < 3; ++i)
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double top = fit::quantile(std::move(twists[i]), kTopQuantile);
     rest.twist[static_cast<Eigen::Index>(i)] =
-        std::max(kSignOfTop * fit::quantile(std::move(twists[i]), kTopQuantile),
-                 kSignOfNoise * fit::robust_sigma(std::move(bends[i])) / std::sqrt(6.0));
+        std::clamp(kSignOfNoise * fit::robust_sigma(std::move(noise[i])), kSignOfTop * top, kRestOfTop * top);
+  }
   // A base that never turns has no direction of turning.
   rest.twist[2] = std::max(rest.twist[2], 1e-9);
   return rest;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -41,6 +42,43 @@ EffortWindow turning(double left_rad_per_s, double right_rad_per_s) {
 
 Eigen::Vector3d excess(const BaseDescription& base, const EffortWindow& window) {
   return BaseForces(base, base, -1).excess(window);
+}
+
+TEST(RestSpeeds, MotionIsNoNoise) {
+  BaseMotion motion;
+  for (const bool is_speed : {false, true}) {
+    BaseRun run;
+    run.is_speed = is_speed;
+    run.angle_rad.resize(2, 800);
+    for (Eigen::Index i = 0; i < 800; ++i) {
+      const double t_s = 0.05 * static_cast<double>(i);
+      run.time_s.push_back(t_s);
+      // Turns to and fro at 0.5 Hz, with up to 4 rad/s of each wheel against the other.
+      run.angle_rad.col(i) = Eigen::Vector2d(10 * t_s, 10 * t_s) +
+                             4 / std::numbers::pi * std::sin(std::numbers::pi * t_s) * Eigen::Vector2d(-1, 1);
+    }
+    motion.runs = {run};
+    const auto rest = identification::robot_gap::rest_speeds({&motion, 1}, ten_kilograms(), 0.15);
+    EXPECT_NEAR(rest.twist[2], 0.02 * (2 * 4 * 0.05 / 0.4), 0.02 * 0.02);  // 2 % of 1 rad/s
+    EXPECT_NEAR(rest.twist[0], 0.02 * 10 * 0.05, 1e-9);
+  }
+}
+
+TEST(RestSpeeds, NoiseRaisesThemToAtMostAStandstill) {
+  BaseMotion motion;
+  BaseRun run;
+  run.angle_rad.resize(2, 2000);
+  for (Eigen::Index i = 0; i < 2000; ++i) {
+    const double t_s = 0.05 * static_cast<double>(i);
+    run.time_s.push_back(t_s);
+    run.angle_rad.col(i).setConstant(10 * t_s);
+    run.angle_rad(0, i) += 0.03 * std::sin(static_cast<double>(7919 * i * i % 10007));
+  }
+  // Turns only by noise: its standard deviation of 0.03/√2 rad is 0.025 rad/s over 0.15 s, twice that is more
+  // than 5 % of its top.
+  motion.runs = {run};
+  const auto rest = identification::robot_gap::rest_speeds({&motion, 1}, ten_kilograms(), 0.15);
+  EXPECT_LT(rest.twist[2], 0.05 * 0.06);
 }
 
 TEST(BaseForces, TorquesOverTheRadiusAccelerateTheMassAndTheWheels) {
