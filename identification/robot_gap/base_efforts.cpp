@@ -119,19 +119,24 @@ std::vector<std::string> BaseEfforts::notes() const {
   }
   std::vector<std::string> notes = sign_notes_;
   char text[400];
-  if (!lag_.is_determined)
+  if (!lag_)
+    std::snprintf(
+        text, sizeof text,
+        "too few windows lie %.3g s inside the recordings to find the lag of the torques; record longer",
+        kLongestTorqueLag_s);
+  else if (!lag_->is_determined)
     std::snprintf(
         text, sizeof text,
         "the lag of the torques is not determined: from %.3g s to %.3g s behind the wheels all explain "
         "them as well; %.3g s is taken, with which the given model explains most; record motions "
         "that speed up and slow down in other ways",
-        lag_.shortest_s, lag_.longest_s, lag_.lag_s);
-  else if (lag_.lag_s == 0)
+        lag_->shortest_s, lag_->longest_s, lag_->lag_s);
+  else if (lag_->lag_s == 0)
     std::snprintf(text, sizeof text, "torques show no lag behind the wheels' motion");
   else
     std::snprintf(text, sizeof text,
                   "torques are %.3g s %s the wheels' motion; they are compared without this lag",
-                  std::abs(lag_.lag_s), lag_.lag_s > 0 ? "behind" : "ahead of");
+                  std::abs(lag_->lag_s), lag_->lag_s > 0 ? "behind" : "ahead of");
   notes.emplace_back(text);
   if (count_of(held_out_) < kFewHeldOut) {
     std::snprintf(
@@ -147,7 +152,7 @@ std::vector<std::string> BaseEfforts::notes() const {
 BaseEfforts::Windows BaseEfforts::planned(std::span<const BaseMotion> motions, double window_s) const {
   Windows windows(motions.size());
   gap::in_parallel(motions.size(), [&](std::size_t m) {
-    windows[m] = effort_windows(motions[m], given_, rest_, window_s, lag_.lag_s);
+    windows[m] = effort_windows(motions[m], given_, rest_, window_s, lag_s());
   });
   return windows;
 }
@@ -191,7 +196,7 @@ void BaseEfforts::choose_window() {
   searched_ = planned(data_, window_s_);
 }
 
-/// From windows whose torques were recorded at every lag.
+/// From windows whose torques were recorded at every lag; too few of them leave it as it was.
 void BaseEfforts::find_lag() {
   Windows windows = searched_;
   for (std::size_t m = 0; m < windows.size(); ++m)
@@ -200,10 +205,7 @@ void BaseEfforts::find_lag() {
       return window.start_s - kLongestTorqueLag_s < time_s.front() ||
              window.end_s + kLongestTorqueLag_s > time_s.back();
     });
-  if (count_of(windows) < kFewestEfforts) {
-    lag_ = {.is_determined = false, .shortest_s = -kLongestTorqueLag_s, .longest_s = kLongestTorqueLag_s};
-    return;
-  }
+  if (count_of(windows) < kFewestEfforts) return;
   lag_ = torque_lag(
       [&](double lag_s) {
         Windows shifted = windows;

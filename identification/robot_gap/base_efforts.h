@@ -3,6 +3,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -29,8 +30,8 @@ class BaseEfforts {
   bool is_enough() const noexcept;
   const Windows& windows(Part part) const noexcept { return part == Part::kSearched ? searched_ : held_out_; }
   double window_s() const noexcept { return window_s_; }
-  /// Of the torques behind the motion of the wheels.
-  double lag_s() const noexcept { return lag_.lag_s; }
+  /// Of the torques behind the motion of the wheels; 0 if there are too few windows to find it.
+  double lag_s() const noexcept { return lag_ ? lag_->lag_s : 0; }
   /// The lag, what looks odd, or why forces are not compared, in words.
   std::vector<std::string> notes() const;
   /// Rms of each axis that noise leaves [N, N, N·m].
@@ -60,7 +61,7 @@ class BaseEfforts {
   Windows searched_;
   Windows held_out_;
   double window_s_ = 0;
-  TorqueLag lag_;
+  std::optional<TorqueLag> lag_;  // none: not tested
   std::vector<std::string> sign_notes_;
   Eigen::Vector3d floor_ = Eigen::Vector3d::Zero();
 };

@@ -144,4 +144,15 @@ TEST(TorqueLag, FewHeldOutWindowsAreReported) {
   EXPECT_TRUE(subject.notes().back().starts_with("held-out recordings have only ")) << subject.notes().back();
 }
 
+TEST(TorqueLag, TooFewWindowsForItAreReported) {
+  const std::vector<double> rates{0.7, 1.9, 4.3};
+  std::vector<BaseRecording> searched;
+  for (int k = 0; k < 7; ++k) searched.push_back(speeding("short", 0, rates, 60));
+  const BaseSubject subject(ten_kilograms(), searched, {speeding("two", 0, rates)}, 0.5);
+  ASSERT_NE(subject.efforts(), nullptr);
+  EXPECT_EQ(subject.efforts()->lag_s(), 0);
+  EXPECT_TRUE(subject.notes().back().starts_with("too few windows lie 0.1 s inside"))
+      << subject.notes().back();
+}
+
 }  // namespace torque_lag_test
