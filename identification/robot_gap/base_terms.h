@@ -70,7 +70,8 @@ BaseCatalogue base_catalogue(const control::BaseDescription& given, std::span<co
                              bool with_forces);
 
 /// The description with a change of every term. Changes that add up to a negative friction or inertia of a
-/// wheel make it zero.
+/// wheel, yaw inertia, or resistance to sideways motion, to turning or of a floor make it zero. A radius
+/// stays at least a quarter of the given one.
 control::BaseDescription changed(const control::BaseDescription& given, const BaseCatalogue& all,
                                  const Eigen::VectorXd& changes);
 

@@ -8,10 +8,10 @@
 
 namespace identification::robot_gap {
 
-/// A sentence for each link, and the payload, whose centre was moved to a place beyond its reach: of a link,
-/// one and a half times its length or the distance that its given centre has from the joint, whichever is
-/// larger; of the payload, the length of the whole arm from the tip. A fit ends there when another cause
-/// stands behind the torque.
+/// A sentence for each link, and the payload, whose centre was moved to a place beyond its reach. The reach
+/// of a link, from its joint, is one and a half times the larger of two lengths: its own, and the distance of
+/// its given centre from the joint. The reach of the payload, from the tip, is the length of the whole arm. A
+/// fit ends there when another cause stands behind the torque.
 std::vector<std::string> implausible_places(const control::ArmDescription& given,
                                             const control::ArmDescription& changed);
 

@@ -14,7 +14,7 @@ namespace {
 constexpr double kCoarseLag_s = 0.02;
 /// Halvings of the step about the best lag, before the last parabola.
 constexpr int kLagHalvings = 3;
-/// Neighbours of the best lag that must leave more.
+/// Neighbours of the best lag that must leave significantly more.
 constexpr double kNeighbour_s = 0.01;
 /// Standard errors by which another lag must leave more.
 constexpr double kLeavesMore = 2;
@@ -68,8 +68,8 @@ class LagSearch {
   double coarse_lag_s(std::size_t i) const { return kCoarseLag_s * (static_cast<int>(i) - reach_); }
   const LeftByLag& none() const { return coarse_[static_cast<std::size_t>(reach_)]; }
 
-  /// Of the lags from coarse one to coarse one, that with which the given model leaves least; 0 if it is
-  /// among them and no other leaves less in most stretches.
+  /// Of the lags from coarse one to coarse one, that with which the given model leaves least. A lag of zero
+  /// among them that does not leave significantly more is preferred.
   double kindest(std::size_t first, std::size_t last, const TorqueLag& allowed) const {
     std::size_t start = first;
     for (std::size_t i = first; i <= last; ++i)

@@ -20,10 +20,11 @@ struct TorqueLag {
   double longest_s = 0;
 };
 
-/// The lag with which all parameters together explain most, within ± `longest_s`. It is determined if both of
-/// its neighbours leave more in most stretches; 0 unless no lag leaves more, too. Under one sine, for
-/// example, every lag is a change of mass and friction: of all lags that the data allow it is then the one
-/// that asks for the smallest change of the given model. `left_at`: [s]; called by several threads.
+/// The lag with which all parameters together explain most, within ± `longest_s`. It is determined if lags
+/// 10 ms shorter and longer both leave significantly more. A lag of zero that does not leave significantly
+/// more is preferred. Under one sine, for example, every lag is a change of mass and friction: of all lags
+/// that the data allow it is then the one that asks for the smallest change of the given model. `left_at`:
+/// [s]; called by several threads.
 TorqueLag torque_lag(const std::function<LeftByLag(double)>& left_at, double longest_s);
 
 }  // namespace identification::robot_gap
