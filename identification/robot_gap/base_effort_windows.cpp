@@ -262,7 +262,7 @@ std::vector<PlanarVector> twist_noise(const BaseRun& run, const BaseRolling& rol
     for (Eigen::Index i = 0; i < 4; ++i)
       left += weights[i] * (run.is_speed ? speed_after(run, run.angle_rad, row + static_cast<std::size_t>(i))
                                          : Eigen::VectorXd(run.angle_rad.col(k + i)));
-    noise.push_back(of_samples * twist_of(rolling, left, steering_after(run, row + 1), floor));
+    noise.emplace_back(of_samples * twist_of(rolling, left, steering_after(run, row + 1), floor));
   }
   return noise;
 }
