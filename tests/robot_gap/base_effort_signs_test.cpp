@@ -119,7 +119,7 @@ TEST(TorqueSigns, ForwardsOnlyFrictionMayFallWithSpeed) {
     }
     const auto notes = check_torque_signs(ten_kilograms(), windows);
     ASSERT_EQ(notes.size(), factor > 0 ? 0U : 2U);
-    if (factor < 0) EXPECT_NE(notes[0].find("left brakes the wheel"), std::string::npos) << notes[0];
+    for (const std::string& note : notes) EXPECT_NE(note.find("brakes the wheel"), std::string::npos) << note;
   }
 }
 
