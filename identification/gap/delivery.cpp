@@ -91,8 +91,7 @@ bool is_doubtful(const Score& than, const Score& candidate) {
 /// What is worse with a candidate; empty: nothing.
 std::string worse_at(const Score& than, const Score& candidate, double alike = kAlike) {
   if (is_worse(than.torque, candidate.torque, alike)) return "predicts the torque of the held-out data worse";
-  if ((than.simulation.follows || candidate.simulation.follows) &&
-      is_worse(than.simulation.squares, candidate.simulation.squares, alike))
+  if (is_worse(than.simulation.squares, candidate.simulation.squares, alike))
     return "simulates the held-out data worse";
   if (is_worse(than.closed_loop, candidate.closed_loop, alike))
     return "follows the held-out set-points worse, with its servo";
@@ -201,14 +200,17 @@ std::vector<std::string> deliver(SearchResult& result, const FittedModel& given,
     const std::optional<FittedModel> without = without_added(result, i, judged.rows, judged.training);
     if (!without) continue;
     Score bare = held_out.score(*without);
-    std::string reason = worse_at(bare, score);
+    // A simulation that follows the motion neither way refuses no effect.
+    Score with = score;
+    if (!bare.simulation.follows && !score.simulation.follows) with.simulation = bare.simulation;
+    std::string reason = worse_at(bare, with);
     if (!reason.empty()) reason = "with it the model " + reason;
-    if (reason.empty() && gives(result.added[i].effect) && is_doubtful(bare, score))
+    if (reason.empty() && gives(result.added[i].effect) && is_doubtful(bare, with))
       reason = "with it most of the gap stays, or the held-out data are simulated no better";
     // A threshold determines the torque that the motion is compared with: only the motion itself can confirm
     // it.
     if (reason.empty() && result.added[i].effect == "torque_deadband" && !bare.simulation.squares.empty() &&
-        !(score.simulation.follows && score.simulation.total() < bare.simulation.total()))
+        !(with.simulation.follows && with.simulation.total() < bare.simulation.total()))
       reason = "with it the held-out data are simulated no better from their commands";
     if (reason.empty()) continue;
     result.rejected.push_back({std::string(result.added[i].effect), result.added[i].gain, reason});

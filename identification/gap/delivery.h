@@ -42,8 +42,7 @@ struct HeldOutComparison {
   int blocks = 0;
   double before_Nm = 0;  ///< rms torque residual
   double after_Nm = 0;
-  double simulation_before_rad_per_s =
-      0;  ///< rms velocity error of free simulation in windows, limited as SimulatedMotion::squares
+  double simulation_before_rad_per_s = 0;  ///< rms velocity error of free simulation in windows
   double simulation_after_rad_per_s = 0;
   std::string worse_at{};  ///< not empty if the candidate predicts or simulates them worse
 };

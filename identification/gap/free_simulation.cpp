@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <utility>
 
@@ -18,7 +19,9 @@ constexpr std::size_t kMaxWindows = 60;
 constexpr std::size_t kMinWindowSamples = 4;
 /// Simulation steps per sample: as many as friction needs.
 constexpr int kMinSubsteps = 20;
-/// Share of the squared motion that a simulation may leave and still judge its model.
+/// Share of the squared motion that a simulation may leave and still follow it. No window leaves more than a
+/// model that stands still: a drive with little inertia against its friction runs away after the smallest
+/// error of torque, and how far says nothing about its model.
 constexpr double kMaxUnfollowed = 0.5;
 
 int substeps_for(const model::effects::DriveModel& model, double period_s) {
@@ -129,9 +132,11 @@ SimulatedMotion simulated_motion(const model::effects::DriveModel& model, const 
     const Window& window = windows[i];
     const double square =
         squared_error(drives.at(window.recording).velocity(window), rows.signals()[window.recording], window);
-    motion.squares[i] = square < standing[i] ? square : standing[i];  // also where it is not a number
+    motion.squares[i] = std::isfinite(square) ? square : std::numeric_limits<double>::infinity();
   });
-  motion.follows = motion.total() < kMaxUnfollowed * std::accumulate(standing.begin(), standing.end(), 0.0);
+  double left = 0;
+  for (std::size_t i = 0; i < windows.size(); ++i) left += std::min(motion.squares[i], standing[i]);
+  motion.follows = left < kMaxUnfollowed * std::accumulate(standing.begin(), standing.end(), 0.0);
   return motion;
 }
 

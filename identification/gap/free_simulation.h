@@ -41,12 +41,8 @@ double squared_error(const std::vector<double>& simulated_rad_per_s, const Signa
 
 /// A model on all windows.
 struct SimulatedMotion {
-  /// The squared error of each window, at most its samples times the mean square velocity of its recording's
-  /// windows: a drive with little inertia against its friction runs away after the smallest error of torque,
-  /// and how far says nothing about its model.
-  std::vector<double> squares;
-  /// Most of the squared motion is simulated. Otherwise the simulation cannot judge the model.
-  bool follows = false;
+  std::vector<double> squares;  ///< squared error of each window; infinite if the simulation is
+  bool follows = false;         ///< most of the squared motion is simulated
   double total() const { return std::accumulate(squares.begin(), squares.end(), 0.0); }
 };
 SimulatedMotion simulated_motion(const model::effects::DriveModel& model, const Rows& rows,

@@ -39,6 +39,8 @@ constexpr std::size_t kMuchFreer = 2;
 constexpr double kSpringLeavesAtMost = 0.5;
 /// Minimum gain of a rival, as a share of the best one's gain.
 constexpr double kAsGood = 0.8;
+/// The same for one whose size the data determine, against a best one whose size they do not.
+constexpr double kNearlyAsGood = 0.98;
 /// Maximum relative uncertainty of a ripple's periods per turn: with more, any curvature of the torque over
 /// the position would count as a ripple.
 constexpr double kPeriodsKnownTo = 0.1;
@@ -317,14 +319,13 @@ std::vector<Rival> contest(const FittedModel& before, const std::vector<Round::O
   if (rivals.empty()) return rivals;  // the initial one is worse than none
   // Friction that an asymmetry turns into a push, for example, is cut to none, whatever the size of both: an
   // offset, whose size is determined, fits nearly as well and is closer to the truth.
-  if (rivals.size() > 1) {
-    std::vector<bool> known;
-    for (const Rival& rival : rivals)
-      known.push_back(knows_its_size(rival.model, rival.effect, rows, training));
-    if (std::ranges::find(known, true) != known.end())
-      for (std::size_t i = rivals.size(); i-- > 0;)
-        if (!known[i]) rivals.erase(rivals.begin() + static_cast<std::ptrdiff_t>(i));
-  }
+  const auto knows = [&](const Rival& r) { return knows_its_size(r.model, r.effect, rows, training); };
+  const auto near = [&](const Rival& r) {
+    return base.held_out - r.fit.held_out >= kNearlyAsGood * (base.held_out - best);
+  };
+  if (rivals.size() > 1 && !knows(rivals.front()) &&
+      std::ranges::any_of(rivals, [&](const Rival& r) { return near(r) && knows(r); }))
+    std::erase_if(rivals, [&](const Rival& r) { return !knows(r); });
   std::vector<std::vector<double>> squares;
   for (const Rival& rival : rivals) squares.push_back(rival.fit.held_out_of);
   const std::vector<int> wins = draws_won(squares, options.seed);

@@ -71,14 +71,10 @@ TEST(FreeSimulation, BeginsWithTheBristleAsBentAsTheRecordingLeftIt) {
 // An inertia of a thousandth and a friction that is a tenth too small: it reaches the speed at which the
 // viscous friction takes the missing 4.5 mN.m, 0.36 rad/s, within milliseconds, where the joint turns with
 // 0.1 rad/s.
-TEST(FreeSimulation, ThatRunsAwayCountsAsStandingStillAndJudgesNothing) {
+TEST(FreeSimulation, ThatRunsAwayDoesNotFollow) {
   const Slow slow;
   const SimulatedMotion motion = simulated_motion(bench(0.011e-3, 0.9 * 0.045), slow.rows, slow.windows);
   EXPECT_FALSE(motion.follows);
-  double moved = 0;
-  for (const Window& window : slow.windows)
-    moved += squared_error(std::vector<double>(window.length, 0.0), slow.signals[window.recording], window);
-  EXPECT_LE(motion.total(), moved * (1 + 1e-9));
 }
 
 }  // namespace gap_free_simulation_test
