@@ -97,6 +97,7 @@ std::vector<fuzz::Bytes> fuzz::seeds() {
         "[teleoperation.arm]\ntorque_limit_Nm = [9, 9, 6, 2, 1]\n",
         "robot = \"ethercat:eth0\"\n[ethercat]\nkind = \"base+arm\"\nframe_timeout_s = 5e-4\n"
         "[[ethercat.parameter]]\njoint = \"wheel-1\"\nname = \"motor_acceleration\"\nvalue = 2000\n",
+        "\xfe\xff\n[can]\nmodule_id = 1\n",  // as if in UTF-16
         "[can]\njoint = \"wheel-1\"\nmodule_id = 1\nreply_id = 2\nrequests_per_cycle = 3\n",
         "[loop]\nperiod_s = 0.001\ncommand_timeout_s = 0.1\npriority = 80\n[simulation]\n"
         "loaded_friction_scale = [1.15, 1.30, 1.10, 1.25]\nhidden_effect = 7\n"})
@@ -115,10 +116,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     check_ranges(config);
     if (!settings.empty()) fuzz::check_ceilings(config, operation::load_config(file.path()));
   } catch (const runtime::ConfigError& error) {
+    // Only a file that is no text of lines at all is refused without naming one.
     require(!error.problems().empty());
     for (const std::string& problem : error.problems())
       require(file.names_line(problem) ||
               problem == file.path() + ": is not TOML: look for brackets or quotes that do not match" ||
+              problem == file.path() + ": is UTF-16 text: save it as UTF-8" ||
               (!settings.empty() && problem.starts_with("set: ")));
   }
   return 0;
