@@ -14,46 +14,54 @@ constexpr int kImprovements = 200;
 /// Samples per period of the highest harmonic during the optimisation of the phases.
 constexpr std::size_t kOversampling = 8;
 
-/// One period of Σ cos(2π·k·t + φ_k) for the harmonics from `first` on.
-std::vector<double> sum_of_sines(std::size_t first, const std::vector<double>& phases, std::size_t samples) {
-  std::vector<double> cosine(samples);
-  std::vector<double> sine(samples);
-  for (std::size_t n = 0; n < samples; ++n) {
-    const double angle = kTwoPi * static_cast<double>(n) / static_cast<double>(samples);
-    cosine[n] = std::cos(angle);
-    sine[n] = std::sin(angle);
-  }
-  std::vector<double> sum(samples, 0.0);
-  for (std::size_t i = 0; i < phases.size(); ++i) {
-    const double real = std::cos(phases[i]);
-    const double imaginary = std::sin(phases[i]);
-    for (std::size_t n = 0, at = 0; n < samples; ++n, at = (at + first + i) % samples)
-      sum[n] += real * cosine[at] - imaginary * sine[at];
-  }
-  return sum;
-}
-
-std::vector<double> phases_of(std::size_t first, std::size_t count, const std::vector<double>& signal) {
-  std::vector<double> phases(count);
-  const std::size_t samples = signal.size();
-  std::vector<double> cosine(samples);
-  std::vector<double> sine(samples);
-  for (std::size_t n = 0; n < samples; ++n) {
-    const double angle = kTwoPi * static_cast<double>(n) / static_cast<double>(samples);
-    cosine[n] = std::cos(angle);
-    sine[n] = std::sin(angle);
-  }
-  for (std::size_t i = 0; i < count; ++i) {
-    double real = 0.0;
-    double imaginary = 0.0;
-    for (std::size_t n = 0, at = 0; n < samples; ++n, at = (at + first + i) % samples) {
-      real += signal[n] * cosine[at];
-      imaginary -= signal[n] * sine[at];
+/// Σ cos(2π·k·t + φ_k) for the harmonics from `first` on, at the samples of one period.
+class Harmonics {
+ public:
+  Harmonics(std::size_t first, std::size_t samples) : first_(first), cosine_(samples), sine_(samples) {
+    for (std::size_t n = 0; n < samples; ++n) {
+      const double angle = kTwoPi * static_cast<double>(n) / static_cast<double>(samples);
+      cosine_[n] = std::cos(angle);
+      sine_[n] = std::sin(angle);
     }
-    phases[i] = std::atan2(imaginary, real);
   }
-  return phases;
-}
+
+  std::vector<double> sum(const std::vector<double>& phases) const {
+    std::vector<double> sum(cosine_.size(), 0.0);
+    for (std::size_t i = 0; i < phases.size(); ++i) {
+      const double real = std::cos(phases[i]);
+      const double imaginary = std::sin(phases[i]);
+      for (std::size_t n = 0, at = 0; n < sum.size(); ++n, at = after(at, first_ + i))
+        sum[n] += real * cosine_[at] - imaginary * sine_[at];
+    }
+    return sum;
+  }
+
+  std::vector<double> phases(std::size_t count, const std::vector<double>& signal) const {
+    std::vector<double> phases(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      double real = 0.0;
+      double imaginary = 0.0;
+      for (std::size_t n = 0, at = 0; n < signal.size(); ++n, at = after(at, first_ + i)) {
+        real += signal[n] * cosine_[at];
+        imaginary -= signal[n] * sine_[at];
+      }
+      phases[i] = std::atan2(imaginary, real);
+    }
+    return phases;
+  }
+
+ private:
+  /// Index `step` samples later in the period. `step` is less than a period: a subtraction is enough, and a
+  /// division would take most of the time.
+  std::size_t after(std::size_t at, std::size_t step) const noexcept {
+    at += step;
+    return at < cosine_.size() ? at : at - cosine_.size();
+  }
+
+  std::size_t first_;
+  std::vector<double> cosine_;
+  std::vector<double> sine_;
+};
 
 double largest(const std::vector<double>& signal) {
   double peak = 0.0;
@@ -67,11 +75,11 @@ std::vector<double> low_crest_phases(std::size_t first, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i)
     phases[i] =
         -static_cast<double>(i) * static_cast<double>(i + 1) * std::numbers::pi / static_cast<double>(count);
-  const std::size_t samples = kOversampling * (first + count);
+  const Harmonics harmonics(first, kOversampling * (first + count));
   std::vector<double> best = phases;
-  double lowest_peak = largest(sum_of_sines(first, phases, samples));
+  double lowest_peak = largest(harmonics.sum(phases));
   for (int n = 0; n < kImprovements; ++n) {
-    std::vector<double> signal = sum_of_sines(first, phases, samples);
+    std::vector<double> signal = harmonics.sum(phases);
     const double peak = largest(signal);
     if (peak < lowest_peak) {
       lowest_peak = peak;
@@ -80,7 +88,7 @@ std::vector<double> low_crest_phases(std::size_t first, std::size_t count) {
     // Hard at first, to leave the initial neighbourhood, softer later.
     const double clip = peak * (0.75 + 0.2 * n / kImprovements);
     for (double& value : signal) value = std::clamp(value, -clip, clip);
-    phases = phases_of(first, count, signal);
+    phases = harmonics.phases(count, signal);
   }
   return best;
 }
@@ -95,7 +103,7 @@ Multisine::Multisine(const MultisineShape& shape, double period_s) : sample_s_(p
     throw std::invalid_argument("no harmonic of 1/period lies between lowest_Hz and highest_Hz");
   if (10 * last > samples) throw std::invalid_argument("highest_Hz is more than a tenth of the cycle rate");
   harmonics_ = last - first + 1;
-  table_ = sum_of_sines(first, low_crest_phases(first, harmonics_), samples);
+  table_ = Harmonics(first, samples).sum(low_crest_phases(first, harmonics_));
   const double peak = largest(table_);
   double squares = 0.0;
   for (double& value : table_) {
