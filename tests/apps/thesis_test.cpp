@@ -187,9 +187,10 @@ TEST_F(ThesisCommand, IsSilentWhenQuietAndRefusesWrongUse) {
 }
 
 TEST_F(ThesisCommand, EndsSoonWhenItIsAskedTo) {
+  const fs::path below = out_ / "below";
   const support::CommandResult result =
       support::run_command(support::program("youbot-bench") + " thesis --chapters steady-state --out " +
-                           out_.string() + " & made=$!; until test -e " + (out_ / "figure-14").string() +
+                           below.string() + " & made=$!; until test -e " + (below / "figure-14").string() +
                            " || ! kill -0 $made; do sleep 0.05; done; kill -INT $made; wait $made");
   EXPECT_EQ(result.exit_code, 130) << result.output;
   EXPECT_TRUE(result.said("stopped on request, nothing to compare")) << result.output;

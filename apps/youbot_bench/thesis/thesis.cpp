@@ -19,6 +19,7 @@
 #include "runtime/program/exit_code.h"
 #include "runtime/program/progress_line.h"
 #include "runtime/program/stop_on_signals.h"
+#include "runtime/recording/made_paths.h"
 #include "runtime/recording/output_directory.h"
 
 namespace youbot_bench {
@@ -71,12 +72,11 @@ void report_disagreement(const std::vector<Figure>& figures) {
                       comparison.printed->unit);
 }
 
-/// The directory was missing or empty before the run: what is in it is the run's.
-void remove_made(const std::filesystem::path& out, bool with_directory) {
+/// It was missing or empty before the run: its contents are the run's.
+void empty_directory(const std::filesystem::path& out) {
   std::error_code ignored;
-  for (const auto& made : std::filesystem::directory_iterator(out, ignored))
-    std::filesystem::remove_all(made.path(), ignored);
-  if (with_directory) std::filesystem::remove(out, ignored);
+  for (const auto& entry : std::filesystem::directory_iterator(out, ignored))
+    std::filesystem::remove_all(entry.path(), ignored);
 }
 
 }  // namespace
@@ -87,7 +87,7 @@ std::vector<Figure> make_figures(const ThesisOptions& options) {
     if (std::ranges::find(known, name) == known.end())
       throw std::invalid_argument("--chapters: there is no '" + name + "'");
   require_usable(options.out);
-  runtime::make_output_directory(options.out);
+  runtime::MadePaths directories(runtime::make_output_directory(options.out));
   runtime::require_empty(options.out);
   int stages = 0;
   for (const Chapter& chapter : kChapters) stages += chosen(options, chapter) ? chapter.stages : 0;
@@ -97,12 +97,18 @@ std::vector<Figure> make_figures(const ThesisOptions& options) {
     progress.show(stage, std::min(1.0, static_cast<double>(begun++) / stages));
   });
   std::vector<Figure> figures;
-  for (const Chapter& chapter : kChapters) {
-    if (!chosen(options, chapter)) continue;
-    std::vector<Figure> made = chapter.make(workshop);
-    std::ranges::move(made, std::back_inserter(figures));
+  try {
+    for (const Chapter& chapter : kChapters) {
+      if (!chosen(options, chapter)) continue;
+      std::vector<Figure> made = chapter.make(workshop);
+      std::ranges::move(made, std::back_inserter(figures));
+    }
+    Workshop::go_on();
+  } catch (const Stopped&) {
+    empty_directory(options.out);
+    throw;
   }
-  Workshop::go_on();
+  directories.keep();
   progress.show("done", 1);
   progress.finish();
   return figures;
@@ -114,7 +120,6 @@ int exit_code(std::span<const Figure> figures) {
 }
 
 int thesis(const ThesisOptions& options) {
-  const bool is_new = !std::filesystem::exists(options.out);
   try {
     const std::vector<Figure> figures = make_figures(options);
     page_of(figures, !options.chapters.empty()).write(options.out / "report.html");
@@ -123,9 +128,7 @@ int thesis(const ThesisOptions& options) {
     if (!options.quiet) print_result(options, figures);
     return exit_code(figures);
   } catch (const Stopped&) {
-    remove_made(options.out, is_new);
-    spdlog::info("stopped on request, nothing to compare; {} is removed",
-                 is_new ? options.out.string() : "what was in " + options.out.string());
+    spdlog::info("stopped on request, nothing to compare; what it wrote is removed");
     return runtime::kExitInterrupted;
   }
 }

@@ -19,15 +19,15 @@ struct ThesisOptions {
 };
 
 /// The figures of these chapters, with their recordings in `out`, which must be missing or empty.
-/// @throws Stopped (workshop.h) when the program is asked to end; std::invalid_argument for an unknown
-/// chapter or a directory with something in it; hal::SetupError if it cannot be written.
+/// @throws Stopped (workshop.h) when the program is asked to end, after removing what it wrote;
+/// std::invalid_argument for an unknown chapter or a directory with something in it; hal::SetupError if it
+/// cannot be written.
 std::vector<Figure> make_figures(const ThesisOptions& options);
 
 /// runtime::kExitDisagreement if a number lies beyond its limit, else kExitOk.
 int exit_code(std::span<const Figure> figures);
 
-/// Also writes `out`/report.html and thesis.json, and prints what agrees. Removes what it wrote when the
-/// program is asked to end. Returns the exit code.
+/// Also writes `out`/report.html and thesis.json, and prints what agrees. Returns the exit code.
 int thesis(const ThesisOptions& options);
 
 }  // namespace youbot_bench::thesis
