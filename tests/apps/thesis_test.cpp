@@ -15,6 +15,7 @@
 
 #include "apps/youbot_bench/thesis/not_made.h"
 #include "apps/youbot_bench/thesis/page.h"
+#include "operation/teleop_measures.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
@@ -38,7 +39,7 @@ void expect_agreement(const std::vector<Figure>& figures) {
       const Printed& printed = *comparison.printed;
       SCOPED_TRACE(std::string(printed.key));
       EXPECT_TRUE(comparison.agrees() || !printed.limited())
-          << comparison.ours << " instead of " << printed_text(printed);
+          << comparison.ours << " instead of " << expected_text(printed);
       // What differs or holds by construction has a reason.
       if (printed.kind == kMayDiffer || printed.kind == kByConstruction) {
         EXPECT_FALSE(comparison.why.empty());
@@ -66,9 +67,18 @@ TEST(ThesisFigures, EachPrintedNumberHasOneName) {
   for (const Printed& number : kNumbers) {
     EXPECT_TRUE(keys.insert(number.key).second) << number.key;
     EXPECT_LE(number.from, number.to) << number.key;
-    EXPECT_FALSE(number.where.empty()) << number.key;
+    EXPECT_FALSE(number.place.empty()) << number.key;
   }
   EXPECT_THROW(printed("table 6/first"), std::logic_error);
+}
+
+// The same source (3.2.3.4) is a limit of operation/, which the report of each teleoperation compares.
+TEST(ThesisFigures, TheLimitsOfAHumanInOperationAreThePrintedOnes) {
+  namespace human = operation::human;
+  EXPECT_DOUBLE_EQ(1e-2 * human::kHardStiffness_N_per_m, printed("human/stiffness").from);
+  EXPECT_EQ(human::kWeakestForce_N, printed("human/force").from);
+  EXPECT_EQ(human::kStrongestForce_N, printed("human/force").to);
+  EXPECT_EQ(human::kForceResolution_N, printed("human/resolution").to);
 }
 
 TEST(ThesisFigures, KindsAndCriteriaAreCountedApart) {
@@ -79,7 +89,7 @@ TEST(ThesisFigures, KindsAndCriteriaAreCountedApart) {
   const Printed criterion{"o", "", "", "", 0, 5, kMustAgree, 0, kCriterion};
   Figure figure{.number = "Figure 0", .caption = "", .compared = {}};
   figure.compared = {{&agreement, 1}, {&setting, 2}, {&constructed, 3}, {&free, 9}, {&criterion, 5}};
-  const Tally print = tally({&figure, 1}, kPrinted);
+  const Tally print = tally({&figure, 1}, kThesis);
   EXPECT_EQ(print.compared, 4U);
   EXPECT_EQ(print.must_agree, 1U);
   EXPECT_EQ(print.agree, 1U);
@@ -89,9 +99,12 @@ TEST(ThesisFigures, KindsAndCriteriaAreCountedApart) {
   EXPECT_EQ(print.outside, 0U);
   EXPECT_EQ(tally({&figure, 1}, kCriterion).compared, 1U);
   const nlohmann::json json = json_of({&figure, 1});
-  EXPECT_EQ(json["criteria"]["must_agree"], 1);
+  EXPECT_EQ(json["thesis"]["must_agree"], 1);
+  EXPECT_EQ(json["criterion"]["must_agree"], 1);
   EXPECT_EQ(json["numbers"][1]["kind"], "setting");
-  EXPECT_EQ(json["numbers"][4]["criterion_of_ours"], true);
+  EXPECT_EQ(json["numbers"][1]["origin"], "thesis");
+  EXPECT_EQ(json["numbers"][4]["origin"], "criterion");
+  EXPECT_EQ(json["numbers"][4]["expected_to"], 5);
   EXPECT_TRUE(json["numbers"][3]["agrees"].is_null());
 }
 
@@ -124,7 +137,7 @@ TEST(ThesisFigures, AllChaptersAgreeWithPrint) {
   EXPECT_NEAR(ours["table 5/second, command"], 283, 0.5);
   EXPECT_NEAR(ours["table 5/second, real"], 156, 0.5);
 
-  const Tally print = tally(figures, kPrinted);
+  const Tally print = tally(figures, kThesis);
   EXPECT_EQ(print.compared, 114U);
   EXPECT_EQ(print.must_agree, 16U);
   EXPECT_EQ(print.settings, 70U);
@@ -161,13 +174,13 @@ TEST_F(ThesisCommand, WritesAPageAndTheNumbers) {
   const nlohmann::json json = nlohmann::json::parse(std::ifstream(out_ / "thesis.json"));
   EXPECT_EQ(json["format"], "youbot-thesis/1");
   EXPECT_EQ(json["numbers"].size(),
-            json["printed"]["compared"].get<std::size_t>() + json["criteria"]["compared"].get<std::size_t>());
-  EXPECT_EQ(json["printed"]["must_agree"], json["printed"]["agree"]);
+            json["thesis"]["compared"].get<std::size_t>() + json["criterion"]["compared"].get<std::size_t>());
+  EXPECT_EQ(json["thesis"]["must_agree"], json["thesis"]["agree"]);
   const auto speed = std::ranges::find_if(
       json["numbers"], [](const nlohmann::json& number) { return number["key"] == "youbot/arm speed"; });
   ASSERT_NE(speed, json["numbers"].end());
-  EXPECT_EQ((*speed)["printed_in"], "Table 2");
-  EXPECT_EQ((*speed)["printed_from"], 90);
+  EXPECT_EQ((*speed)["place"], "Table 2");
+  EXPECT_EQ((*speed)["expected_from"], 90);
   EXPECT_NEAR((*speed)["ours"], 90, 0.1);
   EXPECT_EQ((*speed)["agrees"], true);
   // What is there is never written over.

@@ -42,9 +42,7 @@ std::string verdict(const Comparison& comparison) {
   return (printed.kind == kMustAgree ? "agrees" : name(printed.kind)) + limit;
 }
 
-std::string origin(const Printed& printed) {
-  return (printed.origin == kPrinted ? "printed in " : "criterion of ours for ") + std::string(printed.where);
-}
+const char* name(Origin origin) { return origin == kThesis ? "thesis" : "criterion"; }
 
 /// Numbers with the same reason share a paragraph.
 void add_reasons(report::Page& page, const Figure& figure) {
@@ -65,11 +63,12 @@ void add_comparisons(report::Page& page, const Figure& figure) {
     const Printed& printed = *comparison.printed;
     rows.push_back({std::string(printed.what),
                     printed.unit.empty() ? std::string("–") : std::string(printed.unit),
-                    printed_text(printed), ours_text(comparison.ours), difference_text(comparison),
-                    verdict(comparison), origin(printed)});
+                    expected_text(printed), ours_text(comparison.ours), difference_text(comparison),
+                    verdict(comparison), name(printed.origin), std::string(printed.place)});
   }
-  page.table({{"what"}, {"unit"}, {"thesis"}, {"ours"}, {"difference, %"}, {"verdict"}, {"origin"}}, rows,
-             "The thesis' numbers, and ours");
+  page.table(
+      {{"what"}, {"unit"}, {"expected"}, {"ours"}, {"difference, %"}, {"verdict"}, {"origin"}, {"place"}},
+      rows, "Expected numbers, and ours");
   add_reasons(page, figure);
 }
 
@@ -123,7 +122,7 @@ nlohmann::json counts(const Tally& all) {
 
 }  // namespace
 
-std::string printed_text(const Printed& printed) {
+std::string expected_text(const Printed& printed) {
   if (std::isinf(printed.to)) return fmt::format("{:.6g} or more", printed.from);
   if (printed.from == printed.to) return fmt::format("{:.6g}", printed.from);
   return fmt::format("{:.6g} to {:.6g}", printed.from, printed.to);
@@ -150,7 +149,7 @@ Tally tally(std::span<const Figure> figures, Origin origin) {
 
 report::Page page_of(std::span<const Figure> figures, bool selected) {
   report::Page page("The thesis' figures and tables, printed and made again");
-  page.text(introduction(tally(figures, kPrinted), tally(figures, kCriterion), selected));
+  page.text(introduction(tally(figures, kThesis), tally(figures, kCriterion), selected));
   for (const Figure& figure : figures) add(page, figure);
   add_not_made(page);
   return page;
@@ -166,23 +165,23 @@ nlohmann::json json_of(std::span<const Figure> figures) {
       const Printed& printed = *comparison.printed;
       nlohmann::json each{{"key", std::string(printed.key)},
                           {"figure", figure.number},
-                          {"printed_in", std::string(printed.where)},
+                          {"origin", name(printed.origin)},
+                          {"place", std::string(printed.place)},
                           {"what", std::string(printed.what)},
                           {"unit", std::string(printed.unit)},
-                          {"printed_from", printed.from},
-                          {"printed_to", number(printed.to)},
+                          {"expected_from", printed.from},
+                          {"expected_to", number(printed.to)},
                           {"ours", number(comparison.ours)},
                           {"difference_percent", number(comparison.difference_percent())},
                           {"kind", name(printed.kind)},
-                          {"criterion_of_ours", printed.origin == kCriterion},
                           {"why", comparison.why}};
       each["within_percent"] =
           printed.limited() ? nlohmann::json(printed.within_percent) : nlohmann::json(nullptr);
       each["agrees"] = printed.limited() ? nlohmann::json(comparison.agrees()) : nlohmann::json(nullptr);
       json["numbers"].push_back(std::move(each));
     }
-  json["printed"] = counts(tally(figures, kPrinted));
-  json["criteria"] = counts(tally(figures, kCriterion));
+  json["thesis"] = counts(tally(figures, kThesis));
+  json["criterion"] = counts(tally(figures, kCriterion));
   return json;
 }
 

@@ -11,7 +11,7 @@
 namespace youbot_bench::thesis {
 
 /// "4 to 5", "242 or more".
-std::string printed_text(const Printed& printed);
+std::string expected_text(const Printed& printed);
 
 /// How many numbers were compared, by what they mean.
 struct Tally {
@@ -27,8 +27,8 @@ Tally tally(std::span<const Figure> figures, Origin origin);
 
 /// `selected`: only some of the chapters were made.
 report::Page page_of(std::span<const Figure> figures, bool selected);
-/// "youbot-thesis/1": each number with its place, kind, ours, difference and limit in percent, and both
-/// tallies.
+/// "youbot-thesis/1": each number with its origin, place, kind, ours, difference and limit in percent, and
+/// the tally of each origin.
 nlohmann::json json_of(std::span<const Figure> figures);
 
 }  // namespace youbot_bench::thesis

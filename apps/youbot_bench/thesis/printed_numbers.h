@@ -1,6 +1,7 @@
 /// @file
-/// The numbers that the thesis prints, each with the place where it stands, and the criteria by which we read
-/// its sentences. Nothing else of this folder computes with one.
+/// What the figures of this folder are compared with: the numbers that the thesis prints, each with its
+/// place, and criteria of ours where it prints words, a curve or a function. A figure that needs a printed
+/// number as a setting reads it from here.
 ///
 /// M. Corberán Ruiz, "Haptic teleoperation of the youBot with friction compensation for the base",
 /// Universidad Carlos III de Madrid and University of Twente, 2012.
@@ -13,8 +14,6 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
-
-#include "operation/teleop_measures.h"
 
 namespace youbot_bench::thesis {
 
@@ -30,16 +29,14 @@ enum class Kind : std::uint8_t {
 using enum Kind;
 
 enum class Origin : std::uint8_t {
-  kPrinted,
-  kCriterion,  ///< of ours: the thesis prints words, a curve or a function here, and no number
+  kThesis,     ///< the thesis prints the number
+  kCriterion,  ///< ours: the thesis prints words, a curve or a function here
 };
 using enum Origin;
 
-namespace human = operation::human;
-
 struct Printed {
   std::string_view key;    ///< "table 5/first, command"
-  std::string_view where;  ///< "Table 5"
+  std::string_view place;  ///< "Table 5"
   std::string_view what;
   std::string_view unit;
   /// A single number has both ends equal; "over 4 rad" ends at kUnbounded.
@@ -47,7 +44,7 @@ struct Printed {
   double to;
   Kind kind = kMayDiffer;
   double within_percent = 0;  ///< how far beyond it ours may lie, unless it may differ anyway
-  Origin origin = kPrinted;
+  Origin origin = kThesis;
 
   bool limited() const noexcept { return kind != kMayDiffer; }
 };
@@ -206,13 +203,11 @@ inline constexpr auto kNumbers = std::to_array<Printed>({
     {"link map/vy 3", "Section 2.7.2, link map", "vy for wheel 3 at 1 rad/s", "rad/s", -1, -1, kSetting},
     {"link map/vy 4", "Section 2.7.2, link map", "vy for wheel 4 at 1 rad/s", "rad/s", -1, -1, kSetting},
     // Section 3.2.3.4: human factors.
-    {"human/stiffness", "Section 3.2.3.4", "stiffness that feels like a hard wall", "N/cm",
-     1e-2 * human::kHardStiffness_N_per_m, kUnbounded},
+    {"human/stiffness", "Section 3.2.3.4", "stiffness that feels like a hard wall", "N/cm", 242, kUnbounded},
     {"human/force", "Section 3.2.3.4", "largest force that a human controls, weakest joint to strongest", "N",
-     human::kWeakestForce_N, human::kStrongestForce_N},
+     16.5, 102.3},
     {"human/bandwidth", "Section 3.2.3.4", "bandwidth of human force control", "Hz", 20, 30},
-    {"human/resolution", "Section 3.2.3.4", "resolution at which a human controls a force", "N", 0,
-     human::kForceResolution_N},
+    {"human/resolution", "Section 3.2.3.4", "resolution at which a human controls a force", "N", 0, 0.36},
     // Section 3.2.1: the ideal teleoperator.
     {"ideal/position", "Section 3.2.1", "position scale h21 of the ideal teleoperator", "", 1, 1},
     {"ideal/force", "Section 3.2.1", "force scale h12 of the ideal teleoperator", "", 1, 1},

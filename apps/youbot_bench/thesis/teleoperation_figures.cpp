@@ -262,7 +262,8 @@ Figure released_pen(const Workshop& workshop) {
 Figure two_port_measures(const Workshop& workshop) {
   workshop.begin("section-3.2.3.1");
   TransparencyPlan plan{.control = usual_teleoperation(), .hand = soft_hand()};
-  const TransparencyCondition condition{.feedback = Feedback::kPositionError, .stiffness_N_per_m = 700};
+  const TransparencyCondition condition{.feedback = Feedback::kPositionError,
+                                        .stiffness_N_per_m = printed_value("start/stiff")};
   const auto result = measure_transparency(
       plan, condition,
       [](const hal::Clock& clock, std::chrono::nanoseconds period) {
@@ -295,7 +296,7 @@ Figure two_port_measures(const Workshop& workshop) {
       compare("human/bandwidth", measures.force.bandwidth_Hz.value_or(std::nan("")),
               "Of force tracking. The robot's joints and the spring between are slower than a hand: "
               "vibrations of a contact are not felt."),
-      compare("human/stiffness", 1e-2 * 700.0 / plan.control.feedback.force_scale,
+      compare("human/stiffness", 1e-2 * condition.stiffness_N_per_m / plan.control.feedback.force_scale,
               "700 N/m over the force scale: a wall feels soft, as the thesis says of its own in 3.4.5."),
       compare("human/force", plan.force_limit_N, "The omega.6 itself has 12 N.")};
   FigureTable table{

@@ -52,7 +52,7 @@ void require_usable(const std::filesystem::path& out) {
 }
 
 void print_result(const ThesisOptions& options, const std::vector<Figure>& figures) {
-  const Tally print = tally(figures, kPrinted);
+  const Tally print = tally(figures, kThesis);
   const Tally criteria = tally(figures, kCriterion);
   std::printf("%zu figures and tables, %zu printed numbers beside ours; %zu of the %zu that must agree do\n",
               figures.size(), print.compared, print.agree, print.must_agree);
@@ -67,8 +67,8 @@ void report_disagreement(const std::vector<Figure>& figures) {
   for (const Figure& figure : figures)
     for (const Comparison& comparison : figure.compared)
       if (comparison.printed->limited() && !comparison.agrees())
-        spdlog::error("{} does not agree: {}: thesis {}, ours {:g} {}", comparison.printed->key,
-                      comparison.printed->what, printed_text(*comparison.printed), comparison.ours,
+        spdlog::error("{} does not agree: {}: expected {}, ours {:g} {}", comparison.printed->key,
+                      comparison.printed->what, expected_text(*comparison.printed), comparison.ours,
                       comparison.printed->unit);
 }
 
@@ -115,7 +115,7 @@ std::vector<Figure> make_figures(const ThesisOptions& options) {
 }
 
 int exit_code(std::span<const Figure> figures) {
-  const std::size_t outside = tally(figures, kPrinted).outside + tally(figures, kCriterion).outside;
+  const std::size_t outside = tally(figures, kThesis).outside + tally(figures, kCriterion).outside;
   return outside == 0 ? runtime::kExitOk : runtime::kExitDisagreement;
 }
 
