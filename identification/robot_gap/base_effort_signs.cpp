@@ -2,7 +2,6 @@
 
 #include <Eigen/QR>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <stdexcept>
@@ -14,9 +13,9 @@ namespace {
 
 using control::BaseDescription;
 
-/// Friction and inertia of the wrong sign explain so much more than those of the right one.
+/// Share of what friction and inertia explain by which those of the wrong sign outweigh the others.
 constexpr double kNegated = 0.3;
-/// Together they must explain this share of a torque to say anything about its sign.
+/// Friction and inertia must explain this share of a torque to say anything about its sign.
 constexpr double kExplainedShare = 0.5;
 /// Of the windows in one direction, with the same sign of the torque as in the other.
 constexpr double kOneSided = 0.95;
@@ -48,12 +47,10 @@ struct WheelTorque {
   auto direction() const { return columns.col(kOfDirection); }
 };
 
-/// The base without anything but its inertia.
+/// The base with its inertia alone. It keeps its torque_scale: a given slope counts in reported torque.
 BaseDescription inertia_of(BaseDescription base) {
-  for (BaseDescription::Wheel& wheel : base.wheels) {
-    wheel.torque_scale = 1;
+  for (BaseDescription::Wheel& wheel : base.wheels)
     wheel.offset_Nm = wheel.coulomb_Nm = wheel.viscous_Nm_s_per_rad = 0;
-  }
   base.body.sideways_resistance_N = base.body.turning_resistance_Nm = 0;
   base.body.slope.setZero();
   return base;
@@ -186,7 +183,8 @@ std::vector<std::string> check_torque_signs(const BaseDescription& given,
       throw std::invalid_argument(of +
                                   " has the wrong sign: by it friction drives the wheel, or mass brakes it; "
                                   "change the sign of its torque_factor");
-    const Eigen::VectorXd level_Nm = wheel.torque_Nm -
+    const double offset_Nm = given.wheels[w].offset_Nm / given.wheels[w].torque_scale;
+    const Eigen::VectorXd level_Nm = wheel.torque_Nm - offset_Nm * wheel.columns.col(kOfNothing) -
                                      wheel.columns.middleCols<2>(kOfSlopeX) * given.body.slope -
                                      given.body.turning_resistance_Nm * wheel.columns.col(kOfTurning) -
                                      given.body.sideways_resistance_N * wheel.columns.col(kOfSideways);

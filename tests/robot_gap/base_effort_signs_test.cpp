@@ -66,6 +66,31 @@ TEST(TorqueSigns, OnASteepSlopeThatIsGivenTorquesArePositiveBothWays) {
   EXPECT_TRUE(check_torque_signs(given, driven(0.15)).empty());
 }
 
+// Reported torques are half as large where the true ones are twice those reported.
+TEST(TorqueSigns, AGivenSlopeCountsByTheGivenTorqueScale) {
+  for (const double scale : {2.0, 0.5}) {
+    BaseDescription given = ten_kilograms();
+    given.body.slope = {0.15, 0};
+    for (BaseDescription::Wheel& wheel : given.wheels) wheel.torque_scale = scale;
+    auto windows = driven(0.15);
+    for (EffortWindow& window : windows[0]) window.torque_Nm /= scale;
+    EXPECT_TRUE(check_torque_signs(given, windows).empty()) << scale;
+  }
+}
+
+TEST(TorqueSigns, AnOffsetThatIsGivenIsNothingToReport) {
+  BaseDescription given = ten_kilograms();
+  auto windows = driven(0);
+  for (BaseDescription::Wheel& wheel : given.wheels) {
+    wheel.torque_scale = 2;
+    wheel.offset_Nm = 0.6;
+  }
+  for (EffortWindow& window : windows[0]) window.torque_Nm = (window.torque_Nm.array() + 0.6) / 2;
+  EXPECT_TRUE(check_torque_signs(given, windows).empty());
+  for (BaseDescription::Wheel& wheel : given.wheels) wheel.offset_Nm = 0;
+  EXPECT_EQ(check_torque_signs(given, windows).size(), 2U);
+}
+
 TEST(TorqueSigns, OnASlopeThatIsNotGivenTheyAreReportedOnly) {
   for (const double slope : {0.15, -0.15}) {
     const auto notes = check_torque_signs(ten_kilograms(), driven(slope));
