@@ -102,6 +102,7 @@ BaseEfforts::BaseEfforts(const BaseDescription& given, const BaseCatalogue& all,
   find_lag();
   searched_ = planned(data_, window_s_);
   held_out_ = planned(held_out, window_s_);
+  if (!is_enough()) return;
   sign_notes_ = check_torque_signs(given_, searched_);
   see_noise();
 }
@@ -221,7 +222,6 @@ void BaseEfforts::find_lag() {
 }
 
 void BaseEfforts::see_noise() {
-  if (!is_enough()) return;
   const double smooth_s = kSmoothedRows * row_period_s(data_);
   const Eigen::Vector3d of_sensors =
       effort_floor(given_, data_, searched_, effort_noise(data_, rest_, smooth_s));

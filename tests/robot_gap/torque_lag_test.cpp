@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -142,6 +143,18 @@ TEST(TorqueLag, FewHeldOutWindowsAreReported) {
                             0.5);
   ASSERT_NE(subject.efforts(), nullptr);
   EXPECT_TRUE(subject.notes().back().starts_with("held-out recordings have only ")) << subject.notes().back();
+}
+
+TEST(BaseEfforts, TorquesThatAreNotComparedAreNotJudged) {
+  const std::vector<double> rates{0.7, 1.9, 4.3};
+  BaseRecording negated = speeding("negated", 0, rates);
+  negated.torque_Nm *= -1;
+  EXPECT_THROW(BaseSubject(ten_kilograms(), {negated}, {speeding("two", 0, rates)}), std::invalid_argument);
+  BaseRecording one_wheel = speeding("one wheel", 0, rates);
+  one_wheel.wheel.row(1).setZero();
+  const BaseSubject subject(ten_kilograms(), {negated}, {one_wheel});
+  EXPECT_EQ(subject.efforts(), nullptr);
+  EXPECT_TRUE(subject.notes().back().starts_with("forces are not compared")) << subject.notes().back();
 }
 
 TEST(TorqueLag, TooFewWindowsForItAreReported) {
