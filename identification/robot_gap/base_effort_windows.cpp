@@ -30,8 +30,6 @@ constexpr double kOverlap = 0.5;
 constexpr double kLeastSamples = 6;
 /// Speeds are smoothed over this share of a window before it is asked whether they are zero.
 constexpr double kSmoothed = 0.125;
-/// Or over so many rows where little is averaged.
-constexpr std::size_t kSmoothedIntervals = 3;
 
 /// The weight sin² of a window, as a density, and its integral.
 struct SineSquared {
@@ -251,9 +249,8 @@ constexpr double kOfAveragedSpeeds = 2.5 / 20;
 std::vector<PlanarVector> twist_noise(const BaseRun& run, const BaseRolling& rolling, double smooth_s,
                                       int floor) {
   const Eigen::Index needed = run.is_speed ? 5 : 4;
-  const double of_samples = run.is_speed
-                                ? 1 / std::sqrt(kOfAveragedSpeeds * static_cast<double>(kSmoothedIntervals))
-                                : std::numbers::sqrt2 / smooth_s;
+  const double of_samples =
+      run.is_speed ? 1 / std::sqrt(kOfAveragedSpeeds * kSmoothedRows) : std::numbers::sqrt2 / smooth_s;
   std::vector<PlanarVector> noise;
   for (Eigen::Index k = 0; k + needed <= run.angle_rad.cols(); ++k) {
     const auto row = static_cast<std::size_t>(k);
@@ -356,14 +353,14 @@ std::vector<EffortWindow> effort_windows(const BaseMotion& motion, const BaseDes
   return windows;
 }
 
-EffortNoise effort_noise(std::span<const BaseMotion> motions, const RestSpeeds& rest, double smooth_s) {
+EffortNoise effort_noise(std::span<const BaseMotion> motions, const RestSpeeds& rest) {
   const Eigen::Index wheels = rest.wheel_rad_per_s.size();
   Eigen::VectorXd of_torque = Eigen::VectorXd::Zero(wheels);
   Eigen::VectorXd of_motion = Eigen::VectorXd::Zero(wheels);
   double count = 0;
   for (const BaseMotion& motion : motions)
     for (const BaseRun& run : motion.runs)
-      for (const Stretch& stretch : moving_stretches(run, rest, smooth_s))
+      for (const Stretch& stretch : moving_stretches(run, rest, rest.smooth_s))
         for (std::size_t k = stretch.first; k + 4 < stretch.last; ++k) {
           const auto at = static_cast<Eigen::Index>(k);
           const Eigen::Vector4d weights = third_difference(run, k);

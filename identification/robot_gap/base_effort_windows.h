@@ -53,11 +53,14 @@ struct EffortWindow {
   double of_motion_noise = 0;  ///< of the acceleration [1/s⁴ of angles, 1/s² of speeds]
 };
 
+/// Rows over which speeds are means where they distinguish motion from rest.
+inline constexpr double kSmoothedRows = 3;
+
 /// Speeds below which nothing is said about friction.
 struct RestSpeeds {
   Eigen::VectorXd wheel_rad_per_s;
   control::PlanarVector twist;  ///< below which a sign is smoothed
-  double smooth_s = 0;          ///< over which speeds are means
+  double smooth_s = 0;          ///< kSmoothedRows
 };
 RestSpeeds rest_speeds(std::span<const BaseMotion> motions, const control::BaseDescription& base,
                        double smooth_s);
@@ -76,6 +79,6 @@ struct EffortNoise {
   Eigen::VectorXd torque_Nm;
   Eigen::VectorXd motion;  ///< rad, or rad/s of a wheel whose speed is recorded
 };
-EffortNoise effort_noise(std::span<const BaseMotion> motions, const RestSpeeds& rest, double smooth_s);
+EffortNoise effort_noise(std::span<const BaseMotion> motions, const RestSpeeds& rest);
 
 }  // namespace identification::robot_gap

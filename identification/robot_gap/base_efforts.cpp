@@ -24,8 +24,6 @@ constexpr std::size_t kFewHeldOut = 20;
 constexpr double kLongestTorqueLag_s = 0.1;
 /// Stretches of time in which lags are compared.
 constexpr std::size_t kLagStretches = 30;
-/// Smoothing for the speeds that tell motion from rest, in rows.
-constexpr double kSmoothedRows = 3;
 constexpr double kLeastFloor = 1e-9;
 
 std::size_t count_of(const BaseEfforts::Windows& windows) {
@@ -222,9 +220,7 @@ void BaseEfforts::find_lag() {
 }
 
 void BaseEfforts::see_noise() {
-  const double smooth_s = kSmoothedRows * row_period_s(data_);
-  const Eigen::Vector3d of_sensors =
-      effort_floor(given_, data_, searched_, effort_noise(data_, rest_, smooth_s));
+  const Eigen::Vector3d of_sensors = effort_floor(given_, data_, searched_, effort_noise(data_, rest_));
   const Rows rows = rows_of(searched_);
   const Eigen::VectorXd left = dense_fit_of(rows.slopes, rows.residual).left;
   const std::vector<Eigen::Index> axes = effort_axes(given_.kinematics);
