@@ -118,21 +118,26 @@ TEST(BaseForces, ASlopePullsByTheHeading) {
   EXPECT_NEAR(excess(base, window)[0], -10 * 9.81 * 0.02, 1e-12);
 }
 
+identification::robot_gap::SeenMotion seen_with(const BaseDescription& given) {
+  return {.given = given,
+          .speed_m_per_s = 0.5,
+          .turn_rad_per_s = 0.5,
+          .window_s = 1,
+          .load = {},
+          .noise_floor = {}};
+}
+
 // Of 2 kg more, the force forward shows 2 N while the base speeds up by 1 m/s² to 0.5 m/s.
 TEST(BaseForces, SpeedingUpDecidesBetweenMassAndFriction) {
   const BaseDescription given = ten_kilograms();
   BaseDescription heavier = given;
   heavier.body.mass_kg += 2;
-  const identification::robot_gap::SeenMotion seen{.given = given,
-                                                   .speed_m_per_s = 0.5,
-                                                   .turn_rad_per_s = 0.5,
-                                                   .window_s = 1,
-                                                   .load = {},
-                                                   .noise_floor = {}};
-  const std::string text = identification::robot_gap::deciding_force(heavier, given, seen, {0.1, 0.1, 0.1});
+  const std::string text =
+      identification::robot_gap::deciding_force(heavier, given, seen_with(given), {0.1, 0.1, 0.1});
   EXPECT_TRUE(text.starts_with("speeding up forward")) << text;
   EXPECT_NE(text.find("differ by 20 noise floors"), std::string::npos) << text;
-  EXPECT_TRUE(identification::robot_gap::deciding_force(given, given, seen, {1, 1, 1}).starts_with("none: "));
+  EXPECT_TRUE(identification::robot_gap::deciding_force(given, given, seen_with(given), {1, 1, 1})
+                  .starts_with("none: "));
 }
 
 // A carpet that resists with 3 N more than it is given does so on the carpet only.
@@ -141,13 +146,8 @@ TEST(BaseForces, AFloorDecidesAboutItsResistance) {
   given.floors = {{"table"}, {"carpet"}};
   BaseDescription other = given;
   other.floors[1].resistance_N = 3;
-  const identification::robot_gap::SeenMotion seen{.given = given,
-                                                   .speed_m_per_s = 0.5,
-                                                   .turn_rad_per_s = 0.5,
-                                                   .window_s = 1,
-                                                   .load = {},
-                                                   .noise_floor = {}};
-  const std::string text = identification::robot_gap::deciding_force(other, given, seen, {0.1, 0.1, 0.1});
+  const std::string text =
+      identification::robot_gap::deciding_force(other, given, seen_with(given), {0.1, 0.1, 0.1});
   EXPECT_TRUE(text.starts_with("steadily forward on carpet")) << text;
   EXPECT_NE(text.find("differ by 30 noise floors"), std::string::npos) << text;
 }
