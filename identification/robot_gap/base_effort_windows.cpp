@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "control/base_rolling.h"
@@ -25,6 +26,11 @@ constexpr double kTopQuantile = 0.95;
 /// unevenly, a base that goes straight on turns slowly to and fro.
 constexpr double kSignOfTop = 0.02;
 constexpr double kSignOfNoise = 2;
+/// A direction whose top speed is below so many standard deviations of its noise is not determined: the top
+/// of noise alone is two.
+constexpr double kSeenOfNoise = 3;
+/// Twist that rounding of the wheels' angles leaves [m/s, rad/s].
+constexpr double kRoundedTwist = 1e-9;
 constexpr double kOverlap = 0.5;
 /// Samples in a window.
 constexpr double kLeastSamples = 6;
@@ -181,7 +187,7 @@ class WindowFiller {
       window.cos_yaw += share * std::cos(yaw_rad);
       window.sin_yaw += share * std::sin(yaw_rad);
       window.turning_sign += share * turning_sign;
-      if (rest_.twist[1] > 0) window.sideways_sign += share * std::tanh(smooth[1] / rest_.twist[1]);
+      window.sideways_sign += share * std::tanh(smooth[1] / rest_.twist[1]);
       window.of_torque_noise += share * share;
       const double slope = change_per_s / (to_s - from_s);
       window.of_motion_noise += run_.is_speed
@@ -294,11 +300,12 @@ RestSpeeds rest_speeds(std::span<const BaseMotion> motions, const BaseDescriptio
         kRestOfTop * fit::quantile(std::move(speeds[w]), kTopQuantile);
   for (std::size_t i = 0; i < 3; ++i) {
     const double top = fit::quantile(std::move(twists[i]), kTopQuantile);
+    const double sigma = fit::robust_sigma(std::move(noise[i]));
     rest.twist[static_cast<Eigen::Index>(i)] =
-        std::clamp(kSignOfNoise * fit::robust_sigma(std::move(noise[i])), kSignOfTop * top, kRestOfTop * top);
+        top > std::max(kRoundedTwist, kSeenOfNoise * sigma)
+            ? std::clamp(kSignOfNoise * sigma, kSignOfTop * top, kRestOfTop * top)
+            : std::numeric_limits<double>::infinity();
   }
-  // A base that never turns has no direction of turning.
-  rest.twist[2] = std::max(rest.twist[2], 1e-9);
   return rest;
 }
 

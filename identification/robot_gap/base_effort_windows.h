@@ -59,8 +59,9 @@ inline constexpr double kSmoothedRows = 3;
 /// Speeds below which nothing is said about friction.
 struct RestSpeeds {
   Eigen::VectorXd wheel_rad_per_s;
-  control::PlanarVector twist;  ///< below which a sign is smoothed
-  double smooth_s = 0;          ///< kSmoothedRows
+  /// Below which the sign of a direction is smoothed; infinite, which leaves no sign, if its motion is noise.
+  control::PlanarVector twist;
+  double smooth_s = 0;  ///< kSmoothedRows
 };
 RestSpeeds rest_speeds(std::span<const BaseMotion> motions, const control::BaseDescription& base,
                        double smooth_s);

@@ -32,6 +32,13 @@ std::size_t count_of(const BaseEfforts::Windows& windows) {
   return count;
 }
 
+/// Axis of the twist against which a term is a resistance.
+std::optional<Eigen::Index> resisted_axis(const BaseTerm& term) {
+  if (term.kind == BaseTerm::Kind::kSidewaysResistance) return 1;
+  if (term.kind == BaseTerm::Kind::kTurningResistance) return 2;
+  return std::nullopt;
+}
+
 /// Squares of what is left, of one axis after the other, in stretches of as many windows.
 std::vector<double> in_stretches(const Eigen::VectorXd& left, std::size_t windows) {
   std::vector<double> squares(kLagStretches, 0);
@@ -118,6 +125,16 @@ std::vector<std::string> BaseEfforts::notes() const {
   }
   std::vector<std::string> notes = sign_notes_;
   char text[400];
+  for (const BaseTerm& term : all_.terms) {
+    const std::optional<Eigen::Index> axis = resisted_axis(term);
+    if (!axis || std::isfinite(rest_.twist[*axis])) continue;
+    const char* const name = *axis == 1 ? "sideways" : "turning";
+    std::snprintf(text, sizeof text,
+                  "%s motion of the base is not above the noise of its wheels: the %s resistance is not "
+                  "determined, and the given one does not count; record such motion",
+                  name, name);
+    notes.emplace_back(text);
+  }
   if (!lag_)
     std::snprintf(
         text, sizeof text,

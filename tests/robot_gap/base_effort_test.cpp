@@ -3,9 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "identification/robot_gap/base_experiments.h"
@@ -64,22 +67,36 @@ TEST(RestSpeeds, MotionIsNoNoise) {
   }
 }
 
-TEST(RestSpeeds, NoiseRaisesThemToAtMostAStandstill) {
-  BaseMotion motion;
+/// Wheels forward at 10 rad/s, the left ones with noise that is 0.025 rad/s of turning; the base turns to and
+/// fro at 0.05 Hz.
+BaseMotion turning_in_noise(double rad_per_s) {
   BaseRun run;
   run.angle_rad.resize(2, 2000);
   for (Eigen::Index i = 0; i < 2000; ++i) {
     const double t_s = 0.05 * static_cast<double>(i);
     run.time_s.push_back(t_s);
-    run.angle_rad.col(i).setConstant(10 * t_s);
+    const double turned_rad = rad_per_s * std::sin(0.1 * std::numbers::pi * t_s) / (0.1 * std::numbers::pi);
+    run.angle_rad.col(i) = Eigen::Vector2d(10 * t_s, 10 * t_s) + 4 * turned_rad * Eigen::Vector2d(-1, 1);
+    // A sine's standard deviation is 0.03/√2 rad: twice that of its differences over 0.15 s, by 0.05/0.4.
     run.angle_rad(0, i) += 0.03 * std::sin(static_cast<double>(7919 * i * i % 10007));
   }
-  // Turns only by noise: its standard deviation of 0.03/√2 rad is 0.025 rad/s over 0.15 s, twice that is more
-  // than 5 % of its top.
+  BaseMotion motion;
   motion.runs = {run};
-  const auto rest = identification::robot_gap::rest_speeds({&motion, 1}, ten_kilograms(), 0.15);
-  EXPECT_LT(rest.twist[2], 0.05 * 0.06);
+  return motion;
 }
+
+double turning_rest(double rad_per_s) {
+  const BaseMotion motion = turning_in_noise(rad_per_s);
+  return identification::robot_gap::rest_speeds({&motion, 1}, ten_kilograms(), 0.15).twist[2];
+}
+
+TEST(RestSpeeds, NoiseRaisesThemToAtMostAStandstill) {
+  EXPECT_NEAR(turning_rest(4), 0.02 * 4, 0.02 * 0.02 * 4);
+  EXPECT_NEAR(turning_rest(1.6), 2 * 0.025, 0.1 * 0.05);
+  EXPECT_NEAR(turning_rest(0.6), 0.05 * 0.6, 0.02 * 0.03);
+}
+
+TEST(RestSpeeds, NoiseHasNoDirection) { EXPECT_EQ(turning_rest(0), std::numeric_limits<double>::infinity()); }
 
 TEST(BaseForces, TorquesOverTheRadiusAccelerateTheMassAndTheWheels) {
   BaseDescription base = ten_kilograms();
@@ -202,6 +219,45 @@ TEST(EffortWindows, AnAccelerationIsFromAnglesByPartsAndTheTorqueAtItsOwnTime) {
     EXPECT_NEAR(window.speed_rad_per_s[1], 3 * middle_s, 1e-3);
     EXPECT_NEAR(window.torque_Nm[0], middle_s, 1e-5);
   }
+}
+
+/// Four wheels forward at 10 rad/s, each with noise of its own, and sideways to and fro.
+BaseMotion mecanum_motion(double sideways_rad_per_s) {
+  BaseRun run;
+  constexpr Eigen::Index kRows = 4000;
+  run.angle_rad.resize(4, kRows);
+  run.torque_Nm = Eigen::MatrixXd::Zero(4, kRows);
+  run.tracks.emplace_back();
+  for (Eigen::Index i = 0; i < kRows; ++i) {
+    const double t = 0.01 * static_cast<double>(i);
+    run.time_s.push_back(t);
+    const double sideways_rad = sideways_rad_per_s * std::sin(t);
+    for (Eigen::Index w = 0; w < 4; ++w) {
+      const double noise_rad = 0.003 * std::sin(static_cast<double>((7919 + 2 * w) * i * i % 10007));
+      run.angle_rad(w, i) = (w % 2 == 0 ? -10 : 10) * t + (w < 2 ? 1 : -1) * sideways_rad + noise_rad;
+    }
+    run.tracks.back().time_s.push_back(t);
+    run.tracks.back().pose.push_back({0.5 * t, 0, 0});
+  }
+  BaseMotion motion;
+  motion.runs.push_back(std::move(run));
+  return motion;
+}
+
+TEST(EffortWindows, SidewaysNoiseOfAMecanumBaseIsNoDirection) {
+  BaseDescription base{.kinematics = BaseKinematics::kMecanum,
+                       .wheels = {{"a", 0.05}, {"b", 0.05}, {"c", 0.05}, {"d", 0.05}},
+                       .turning_length_m = 0.4};
+  const auto largest_sign = [&](double sideways_rad_per_s) {
+    const BaseMotion motion = mecanum_motion(sideways_rad_per_s);
+    double largest = 0;
+    for (const EffortWindow& window : effort_windows(
+             motion, base, identification::robot_gap::rest_speeds({&motion, 1}, base, 0.03), 0.2, 0))
+      largest = std::max(largest, std::abs(window.sideways_sign));
+    return largest;
+  };
+  EXPECT_EQ(largest_sign(0), 0);
+  EXPECT_GT(largest_sign(2), 0.9);
 }
 
 // The slip of a wheel by its load is as given: a wheel under a load of 2 loses 8 %.

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -155,6 +156,20 @@ TEST(BaseEfforts, TorquesThatAreNotComparedAreNotJudged) {
   const BaseSubject subject(ten_kilograms(), {negated}, {one_wheel});
   EXPECT_EQ(subject.efforts(), nullptr);
   EXPECT_TRUE(subject.notes().back().starts_with("forces are not compared")) << subject.notes().back();
+}
+
+TEST(BaseEfforts, AResistanceToTurningIsNotDeterminedByStraightLines) {
+  const std::vector<double> rates{0.7, 1.9, 4.3};
+  const auto has_note = [](const BaseSubject& subject) {
+    return std::ranges::any_of(subject.notes(), [](const std::string& note) {
+      return note.find("the turning resistance is not determined") != std::string::npos;
+    });
+  };
+  const BaseRecording straight = speeding("straight", 0, rates);
+  EXPECT_TRUE(has_note(BaseSubject(ten_kilograms(), {straight}, {straight})));
+  BaseRecording turning = straight;
+  turning.wheel.row(1) *= 0.9;
+  EXPECT_FALSE(has_note(BaseSubject(ten_kilograms(), {turning}, {turning})));
 }
 
 TEST(TorqueLag, TooFewWindowsForItAreReported) {
