@@ -21,9 +21,9 @@ using control::PlanarVector;
 /// Below this share of its top speed a wheel may be at rest.
 constexpr double kRestOfTop = 0.05;
 constexpr double kTopQuantile = 0.95;
-/// A direction of the base is smoothed below this share of its top speed, or below so many standard
-/// deviations of its noise up to the share above. A resistance acts in full at low speeds: as wheels turn
-/// unevenly, a base that goes straight on turns slowly to and fro.
+/// A direction of the base is assumed to be smoothed below this share of its top speed, or below so many
+/// standard deviations of its noise up to the share above. A resistance acts in full at low speeds: as wheels
+/// turn unevenly, a base that goes straight on turns slowly to and fro.
 constexpr double kSignOfTop = 0.02;
 constexpr double kSignOfNoise = 2;
 /// A direction whose top speed is below so many standard deviations of its noise is not determined: the top

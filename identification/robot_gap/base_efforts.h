@@ -17,7 +17,7 @@
 
 namespace identification::robot_gap {
 
-/// Length of the windows and lag of the torques are from the searched data.
+/// Length of the windows, lag of the torques and rest speeds of the directions are from the searched data.
 class BaseEfforts {
  public:
   using Windows = std::vector<std::vector<EffortWindow>>;  // of each motion
@@ -46,10 +46,14 @@ class BaseEfforts {
     Eigen::MatrixXd slopes;
     Eigen::VectorXd residual;
   };
+  std::vector<std::size_t> terms() const;
+  Eigen::VectorXd compared(const Windows& windows, const control::BaseDescription& base) const;
+  Eigen::VectorXd slope(const Windows& windows, std::size_t term, const Eigen::VectorXd& residual) const;
   Rows rows_of(const Windows& windows) const;
   Windows planned(std::span<const BaseMotion> motions, double window_s) const;
   void choose_window();
   void find_lag();
+  void find_rest_twist();
   void see_noise();
 
   control::BaseDescription given_;

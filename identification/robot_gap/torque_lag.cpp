@@ -7,13 +7,12 @@
 
 #include "identification/gap/block_comparison.h"
 #include "identification/gap/parallel.h"
+#include "identification/robot_gap/least_near.h"
 
 namespace identification::robot_gap {
 namespace {
 
 constexpr double kCoarseLag_s = 0.02;
-/// Halvings of the step about the best lag, before the last parabola.
-constexpr int kLagHalvings = 3;
 /// Neighbours of the best lag that must leave significantly more.
 constexpr double kNeighbour_s = 0.01;
 /// Standard errors by which another lag must leave more.
@@ -81,26 +80,8 @@ class LagSearch {
   }
 
   double refined(std::size_t start, SquaresByLag squares, double shortest_s, double longest_s) const {
-    const auto left = [&](double lag_s) { return sum_over_stretches(left_at_(lag_s).*squares); };
-    double lag_s = coarse_lag_s(start);
-    double here = sum_over_stretches(coarse_[start].*squares);
-    double step_s = kCoarseLag_s;
-    for (int i = 0; i < kLagHalvings; ++i) {
-      step_s /= 2;
-      for (const double other_s : {lag_s - step_s, lag_s + step_s}) {
-        if (other_s < shortest_s || other_s > longest_s) continue;
-        const double there = left(other_s);
-        if (there >= here) continue;
-        here = there;
-        lag_s = other_s;
-      }
-    }
-    if (lag_s - step_s < shortest_s || lag_s + step_s > longest_s) return lag_s;
-    const double before = left(lag_s - step_s);
-    const double after = left(lag_s + step_s);
-    const double curvature = before - 2 * here + after;
-    if (!(curvature > 0)) return lag_s;
-    return lag_s + std::clamp(0.5 * (before - after) / curvature, -1.0, 1.0) * step_s;
+    return least_near(coarse_lag_s(start), {shortest_s, longest_s, kCoarseLag_s},
+                      [&](double lag_s) { return sum_over_stretches(left_at_(lag_s).*squares); });
   }
 
   const std::function<LeftByLag(double)>& left_at_;
