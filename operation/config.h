@@ -10,8 +10,8 @@
 
 #include "control/base_path.h"
 #include "control/teleoperation.h"
+#include "operation/arm_file.h"
 #include "operation/base_task.h"
-#include "operation/teleop_config.h"
 #include "runtime/open_haptic.h"
 #include "runtime/open_robot.h"
 #include "runtime/program/control_socket.h"

@@ -82,7 +82,7 @@ sim::bus::YoubotBusOptions robot_options(const Arguments& arguments) {
   if (!arguments.robot_file.empty()) {
     if (!options.coupled)
       throw std::invalid_argument("--robot-file needs --robot base+arm: only its arm has weight");
-    runtime::build_arm(runtime::read_arm_model(arguments.robot_file), options.masses, options.arm);
+    runtime::build_arm(runtime::read_arm_model(arguments.robot_file).model, options.masses, options.arm);
   }
   if (!arguments.faults_file.empty())
     options.wire.faults = youbot_sim::load_faults(arguments.faults_file, youbot_boards(options.robot).size());

@@ -9,12 +9,10 @@
 #include <cstddef>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include "control/serial_arm.h"
 #include "model/gravity.h"
-#include "runtime/configuration/base_file.h"
-#include "runtime/configuration/robot_file.h"
-#include "runtime/configuration/toml_reader.h"
 
 namespace runtime {
 namespace {
@@ -287,13 +285,10 @@ std::string link_text(const ArmLink& link, const control::ModelChanges::LinkChan
 
 }  // namespace
 
-ArmModel read_arm_model(const std::filesystem::path& path) {
-  if (describes_base(path))
-    throw ConfigError(
-        {fmt::format("{}: [base] or [[wheel]] makes it the description of a base, and an arm is "
-                     "expected, such as control/youbot_arm.toml",
-                     path.string())});
-  return arm_model_of(read_robot_file(path, misfits_of));
+ArmModelFile read_arm_model(const std::filesystem::path& path) {
+  RobotFile robot = read_robot_file(path, misfits_of);
+  ArmModel model = arm_model_of(robot);
+  return {std::move(robot), std::move(model)};
 }
 
 std::vector<std::string> arm_model_lines(const ArmModel& model) {

@@ -8,6 +8,7 @@
 
 #include "control/robot_model.h"
 #include "control/whole_body_controller.h"
+#include "runtime/configuration/robot_file.h"
 
 namespace runtime {
 
@@ -20,6 +21,11 @@ struct ArmModel {
   std::vector<std::string> scaled_columns;
 };
 
+struct ArmModelFile {
+  RobotFile robot;
+  ArmModel model;
+};
+
 inline constexpr double kMaxPayload_kg = 2;
 /// N·m, and N·m·s/rad.
 inline constexpr double kMaxJointFriction = 10;
@@ -29,7 +35,7 @@ inline constexpr double kMaxJointFriction = 10;
 /// @throws ConfigError with all problems, each with file, line and key: also for each effect in the file that
 /// our model has no place for, because half of a model compensates worse than none, and for each value that
 /// is not near that of a youBot.
-ArmModel read_arm_model(const std::filesystem::path& path);
+ArmModelFile read_arm_model(const std::filesystem::path& path);
 
 /// What the model changes, for people: what differs of each link, payload, friction, rotors, scaled columns.
 std::vector<std::string> arm_model_lines(const ArmModel& model);

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <map>
 #include <numbers>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -336,10 +337,17 @@ int BaseFile::floor_of(std::string_view recording) const {
   return best;
 }
 
+std::optional<std::string_view> key_of_base(const TomlTable& root) {
+  if (root.has("urdf")) return std::nullopt;
+  if (root.has_table("base")) return "base";
+  for (const std::string_view key : {"wheel", "tracking"})
+    if (root.has(key)) return key;
+  return std::nullopt;
+}
+
 bool describes_base(const std::filesystem::path& path) {
   TomlFile file = TomlFile::parse(path);
-  TomlTable root = file.root();
-  return !root.has("urdf") && (root.has("wheel") || root.has("tracking") || root.has_table("base"));
+  return key_of_base(file.root()).has_value();
 }
 
 BaseFile read_base_file(const std::filesystem::path& path) { return BaseReader(path).read(); }

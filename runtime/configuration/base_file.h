@@ -2,6 +2,7 @@
 /// Bases on wheels for youbot-gap as files: format youbot-robot-model/1 with a table [base].
 #pragma once
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -11,6 +12,8 @@
 #include "runtime/configuration/robot_file.h"
 
 namespace runtime {
+
+class TomlTable;
 
 struct BaseFile {
   std::string name;
@@ -48,6 +51,8 @@ struct BaseFile {
   int floor_of(std::string_view recording) const;
 };
 
+/// The key by which a robot file describes a base, not an arm; empty: it describes an arm.
+std::optional<std::string_view> key_of_base(const TomlTable& root);
 /// Whether a robot file describes a base, not an arm. @throws ConfigError if it cannot be read.
 bool describes_base(const std::filesystem::path& path);
 

@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "runtime/configuration/base_file.h"
 #include "runtime/configuration/closest_name.h"
 #include "runtime/configuration/regular_file.h"
 #include "runtime/configuration/toml_reader.h"
@@ -78,6 +79,8 @@ class RobotReader {
       : path_(path), file_(TomlFile::parse(path)), root_(file_.root()) {}
 
   RobotFile read(const RobotCheck& check) {
+    if (const auto key = key_of_base(root_))
+      root_.reject(*key, "makes this the description of a base, and an arm is expected");
     std::string format;
     root_.text("format", format, {.required = true});
     if (!format.empty() && format != kRobotFormat)

@@ -54,7 +54,7 @@ struct RobotMisfit {
 using RobotCheck = std::function<std::vector<RobotMisfit>(const RobotFile&)>;
 
 /// `check`: called with a file without problems; what it returns are problems, too.
-/// @throws ConfigError with all problems of the file and of the URDF that it names.
+/// @throws ConfigError with all problems of the file and of the URDF that it names, or for a base's file.
 RobotFile read_robot_file(const std::filesystem::path& path, const RobotCheck& check = {});
 
 /// A comment on one part of the file.

@@ -173,6 +173,10 @@ struct TomlFile::State {
   std::set<std::pair<std::uint32_t, std::string>> problems;  // line and message
 
   TomlTable handle(const toml::table& table, std::string prefix, std::uint32_t line);
+  std::string with_place(std::uint32_t line, std::string_view message) const {
+    const std::string place = line > 0 ? fmt::format("{}:{}", name, line) : std::string("set");
+    return fmt::format("{}: {}", place, message);
+  }
 };
 
 struct TomlTable::Node {
@@ -181,6 +185,12 @@ struct TomlTable::Node {
   std::string prefix;  // of its keys in messages: "wrench." or "path[2]."
   std::uint32_t line;
   Names known;
+
+  /// Of the key, or of the table if the key is missing.
+  std::uint32_t line_of_key(std::string_view key) const {
+    const toml::node* found = table.get(key);
+    return found != nullptr ? line_of(*found) : line;
+  }
 
   /// The node of that key, which counts as known from now on.
   const toml::node* find(std::string_view key, bool required) {
@@ -330,9 +340,13 @@ std::optional<std::size_t> TomlTable::choice_index(std::string_view key,
 }
 
 void TomlTable::refuse(std::string_view key, const std::string& complaint) {
-  const toml::node* found = node_->table.get(key);
-  const std::uint32_t line = found != nullptr ? line_of(*found) : node_->line;
-  node_->file.problems.emplace(line, fmt::format("'{}{}' {}", node_->prefix, key, complaint));
+  node_->file.problems.emplace(node_->line_of_key(key),
+                               fmt::format("'{}{}' {}", node_->prefix, key, complaint));
+}
+
+void TomlTable::reject(std::string_view key, const std::string& complaint) const {
+  throw ConfigError({node_->file.with_place(node_->line_of_key(key),
+                                            fmt::format("'{}{}' {}", node_->prefix, key, complaint))});
 }
 
 void TomlTable::ignore(std::string_view key) { (void)node_->find(key, false); }
@@ -494,8 +508,7 @@ void TomlFile::finish() const {
       lines.push_back(fmt::format("{}: and {} more problems", state_->name, problems.size() - kMaxProblems));
       break;
     }
-    const std::string place = line > 0 ? fmt::format("{}:{}", state_->name, line) : std::string("set");
-    lines.push_back(fmt::format("{}: {}", place, message));
+    lines.push_back(state_->with_place(line, message));
   }
   throw ConfigError(std::move(lines));
 }

@@ -88,6 +88,8 @@ class TomlTable {
   /// Reports a value that is wrong only in combination with others, at the line of `key`, or of the table if
   /// the key is missing.
   void refuse(std::string_view key, const std::string& complaint);
+  /// For a key that makes the whole file a wrong one. @throws ConfigError with this problem only.
+  [[noreturn]] void reject(std::string_view key, const std::string& complaint) const;
 
   /// Accepts any content: it belongs to another program.
   void ignore(std::string_view key);

@@ -51,6 +51,10 @@ TEST(YoubotSimCommand, AnArmFollowsItsRobotFile) {
   const CommandResult refused = simulate("--robot-file " + bad);
   EXPECT_EQ(refused.exit_code, 2) << refused.output;
   EXPECT_TRUE(refused.said(bad + ":2: ")) << refused.output;
+  const std::string of_base = support::source_dir() + "/tests/data/diff_drive_base/robot.toml";
+  const CommandResult other = simulate("--robot-file " + of_base);
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_TRUE(other.said(of_base + ":4: 'base' makes this the description of a base")) << other.output;
   const CommandResult base = simulate("--robot base --robot-file " + shipped);
   EXPECT_EQ(base.exit_code, 2);
   EXPECT_TRUE(base.said("--robot-file needs --robot base+arm")) << base.output;

@@ -525,8 +525,7 @@ TEST_F(ArmFileConfig, ATiltedBaseAnotherGeometryAndAnotherRobotAreRefused) {
       "moves arm_joint_1, arm_joint_2, arm_joint_3, arm_joint_4, arm_joint_5, in this order");
   fs::copy_file(support::source_dir() + "/tests/data/diff_drive_base/robot.toml",
                 directory_ / "arm/model.toml", fs::copy_options::overwrite_existing);
-  expect_refused(
-      "arm/model.toml: [base] or [[wheel]] makes it the description of a base, and an arm is expected");
+  expect_refused("arm/model.toml:4: 'base' makes this the description of a base, and an arm is expected");
 }
 
 TEST_F(ArmFileConfig, ValuesThatNoArmHasAreRefusedWithTheirLine) {
