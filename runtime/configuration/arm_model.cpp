@@ -37,7 +37,8 @@ constexpr double kMaxCentreShift_m = 0.05;
 /// Of the largest moment of inertia. There is no lower limit: little of it acts on a torque.
 constexpr double kMaxMomentFactor = 10;
 constexpr double kMaxPayloadDistance_m = 0.3;
-/// Less makes the simulated arm unstable, and the value before the gear is below a thousandth.
+/// A smaller rotor makes the simulated arm unstable. The limit also refuses an inertia before the gear, which
+/// is less than a thousandth of that behind it.
 constexpr double kLeastRotorFactor = 0.2;
 constexpr double kMaxRotorFactor = 5;
 
@@ -93,9 +94,17 @@ void check_gravity(const ArmDescription& arm, Misfits& misfits) {
                                    g_B.norm(), model::kGravity_m_per_s2, kSameGravity_m_per_s2)});
 }
 
-/// Part of an effect that another number scales, and that number is refused unless it is zero.
+/// A key that has no effect unless another key has one, and that key is refused.
 bool is_setting(std::string_view key) {
   return key == "gear_ratio" || key == "stribeck_speed_rad_per_s" || key == "spring_rest_rad";
+}
+
+/// What removes the cause on the robot; empty: the cause is part of motor or gear.
+std::string_view remedy_on_robot(std::string_view key) {
+  if (key == "encoder_zero_rad") return "correct the zero of the joint";
+  if (key == "spring_Nm_per_rad") return "remove the spring";
+  if (key == "cable_2_Nm_per_rad2" || key == "cable_3_Nm_per_rad3") return "free the cable that pulls at it";
+  return "";
 }
 
 /// Of the model without a file.
@@ -123,9 +132,10 @@ void check_drive(const ArmDrive& drive, std::size_t joint, Misfits& misfits) {
                          least_kg_m2, most_kg_m2));
   };
   const auto has_no_place = [&](std::string_view key) {
-    refuse(key, fmt::format("of {} has no place in the model of this arm, and half of a model compensates "
-                            "worse than none. Remove its cause on the robot and measure again",
-                            drive.joint));
+    const std::string_view remedy = remedy_on_robot(key);
+    refuse(key, fmt::format("of {} is an effect that control has no model of{}", drive.joint,
+                            remedy.empty() ? ", so it cannot use this file"
+                                           : fmt::format(": {} on the robot and measure again", remedy)));
   };
   for (const DriveKey& key : drive_keys()) {
     const double value = drive.*(key.member);

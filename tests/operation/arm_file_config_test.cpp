@@ -28,6 +28,7 @@ namespace operation::arm_file_config_test {
 
 namespace fs = std::filesystem;
 using control::ArmDescription;
+using control::ArmDrive;
 using control::ArmVector;
 using control::ChainVector;
 using control::kArmJoints;
@@ -479,14 +480,31 @@ TEST_F(ArmFileConfig, AnEffectWithoutAPlaceIsRefusedByNameWithItsLine) {
           "lab.toml:2: 'teleoperation.arm.robot_file' names a robot file that cannot be used: "
           "arm/model.toml:" +
           std::to_string(line) + ": 'drive[1]." + std::string(key.key) +
-          "' of arm_joint_2 has no place in the model of this arm");
+          "' of arm_joint_2 is an effect that control has no model of");
   }
   write(good + "[[drive]]\njoint = \"none\"\n");
   expect_refused("is 'none', which does not move");
   std::string ripple = good;
   const auto next = good.find("\n[[drive]]\njoint = \"arm_joint_3\"");
   write(ripple.insert(next, "[[drive.ripple]]\nperiods_per_rev = 12\nsine_Nm = 0.1\n"));
-  expect_refused("'drive[1].ripple' of arm_joint_2 has no place");
+  expect_refused(
+      "'drive[1].ripple' of arm_joint_2 is an effect that control has no model of, so it cannot use this "
+      "file");
+}
+
+TEST_F(ArmFileConfig, WhatCausesARefusedEffectIsRemovedOnTheRobotIfItCanBe) {
+  const auto refused = [&](double ArmDrive::*key, const std::string& message) {
+    ArmDescription arm = given_;
+    arm.drives[1].*key = 0.3;
+    deliver(arm);
+    expect_refused("' of arm_joint_2 is an effect that control has no model of" + message);
+  };
+  refused(&ArmDrive::encoder_zero_rad, ": correct the zero of the joint on the robot and measure again");
+  refused(&ArmDrive::spring_Nm_per_rad, ": remove the spring on the robot and measure again");
+  refused(&ArmDrive::cable_3_Nm_per_rad3, ": free the cable that pulls at it on the robot and measure again");
+  for (double ArmDrive::*key : {&ArmDrive::load_friction, &ArmDrive::stribeck_Nm,
+                                &ArmDrive::compliance_rad_per_Nm, &ArmDrive::torque_scale})
+    refused(key, ", so it cannot use this file");
 }
 
 TEST_F(ArmFileConfig, ATiltedBaseAnotherGeometryAndAnotherRobotAreRefused) {
