@@ -166,8 +166,20 @@ void take(const runtime::ArmModel& model, control::WholeBodyController::Config& 
   robot.rotor_inertia_kg_m2 = model.rotor_inertia_kg_m2;
 }
 
+/// The key to which an arm that is too heavy is reported, and the beginning of the complaint.
+std::pair<std::string_view, std::string> cause_of_weight(const TomlTable& table,
+                                                         const std::optional<ArmFile>& file,
+                                                         double payload_kg) {
+  if (!table.is_set("torque_limit_Nm")) {
+    if (file) return {"robot_file", "names " + file->path.string() + ", whose arm is too heavy"};
+    if (payload_kg > 0) return {"payload_kg", "makes the arm too heavy"};
+  }
+  return {"torque_limit_Nm", "is too low for the weight of the arm"};
+}
+
 /// Where the arm has to hold still before its operator can move it.
-void check_weight(TomlTable& table, const ArmFile& file, const Teleoperation::Config& control) {
+void check_weight(TomlTable& table, const std::optional<ArmFile>& file,
+                  const Teleoperation::Config& control) {
   control::RobotModel model(control.robot.model);
   std::vector<std::pair<std::string_view, control::ArmVector>> postures{{"unfolded", control.unfolded_rad}};
   try {
@@ -181,13 +193,11 @@ void check_weight(TomlTable& table, const ArmFile& file, const Teleoperation::Co
     for (std::size_t i = 0; i < control.robot.arm_torque_limit_Nm.size(); ++i) {
       const double needed_Nm = std::abs(weight_Nm[static_cast<Eigen::Index>(i)]);
       const double allowed_Nm = kMaxWeightShare * control.robot.arm_torque_limit_Nm[i];
-      if (needed_Nm > allowed_Nm)
-        table.refuse(
-            "robot_file",
-            fmt::format("names {}, whose arm is too heavy: {}, arm_joint_{} holds {:.2f} N·m against "
-                        "weight and payload; allowed is {:.2f}, {:g} of 'teleoperation.arm."
-                        "torque_limit_Nm'",
-                        file.path.string(), where, i + 1, needed_Nm, allowed_Nm, kMaxWeightShare));
+      if (needed_Nm <= allowed_Nm) continue;
+      const auto [key, complaint] = cause_of_weight(table, file, control.robot.model.payload_kg);
+      table.refuse(key, fmt::format("{}: {}, arm_joint_{} holds {:.2f} N·m against weight and payload; "
+                                    "allowed is {:.2f}, {:g} of 'teleoperation.arm.torque_limit_Nm'",
+                                    complaint, where, i + 1, needed_Nm, allowed_Nm, kMaxWeightShare));
     }
   }
 }
@@ -217,7 +227,7 @@ std::optional<ArmFile> read_arm(TomlTable table, const std::filesystem::path& fo
   table.number("setpoint_rad_per_s3", control.joint_setpoint.jerk, {.min = 10, .max = 50'000});
   table.number("following_error_rad", control.joint_following_error_rad, {.min = 0.02, .max = 3});
   table.number("payload_kg", robot.model.payload_kg, {.min = 0, .max = runtime::kMaxPayload_kg});
-  if (file) check_weight(table, *file, control);
+  check_weight(table, file, control);
   return file;
 }
 

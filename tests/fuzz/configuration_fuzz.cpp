@@ -93,7 +93,7 @@ std::vector<fuzz::Bytes> fuzz::seeds() {
        {"!limits.force_N 4\n!path.speed_m_per_s 0.05\n[limits]\nforce_N = 5\n[path]\nspeed_m_per_s = 0.1\n",
         "!path.leg [{forward_m = 1}, {turn_rad = -1}]\n!compensation.models [\"a\", \"b\", \"c\", \"d\"]\n",
         "!controller {damping_N_s_per_m = 9}\n!limits.moment_Nm 1e0\n[limits]\nmoment_Nm = 2\n",
-        "!teleoperation.arm.torque_limit_Nm [1, 1, 1, 1, 1]\n!teleoperation.feedback.passivity true\n"
+        "!teleoperation.arm.torque_limit_Nm [9, 9, 5, 2, 0.9]\n!teleoperation.feedback.passivity true\n"
         "[teleoperation.arm]\ntorque_limit_Nm = [9, 9, 6, 2, 1]\n",
         "robot = \"ethercat:eth0\"\n[ethercat]\nkind = \"base+arm\"\nframe_timeout_s = 5e-4\n"
         "[[ethercat.parameter]]\njoint = \"wheel-1\"\nname = \"motor_acceleration\"\nvalue = 2000\n",

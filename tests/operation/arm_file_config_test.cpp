@@ -294,9 +294,9 @@ TEST_F(ArmFileConfig, TheChecksOfTheSensorsExpectTheWeightThatControlCarries) {
   deliver(truth);
   EXPECT_LT((weight_Nm(load().cycle.arm, kPoses[1]) - virtual_work_Nm(truth, kPoses[1])).norm(), 1e-8);
   // A payload given by hand is at the tip, 0.2175 m from joint 4 (youbot.urdf), here stretched forward.
-  const ArmVector more_Nm = weight_Nm(load("[teleoperation.arm]\npayload_kg = 0.5\n").cycle.arm, kPoses[0]) -
+  const ArmVector more_Nm = weight_Nm(load("[teleoperation.arm]\npayload_kg = 0.2\n").cycle.arm, kPoses[0]) -
                             weight_Nm({}, kPoses[0]);
-  EXPECT_NEAR(more_Nm[3], -0.5 * kGravity_m_per_s2 * 0.2175, 1e-9);
+  EXPECT_NEAR(more_Nm[3], -0.2 * kGravity_m_per_s2 * 0.2175, 1e-9);
 }
 
 // Lengths of the arm from joint to joint: 0.155, 0.135 and 0.2175 m (youbot.urdf).
@@ -593,6 +593,29 @@ TEST_F(ArmFileConfig, AnArmThatJoint4CannotHoldAtItsStartIsRefused) {
       "arm_joint_4 holds ");
   expect_refused("; allowed is 1.80, 0.9 of 'teleoperation.arm.torque_limit_Nm'");
   EXPECT_EQ(problems(kStrongArm), "");
+}
+
+TEST_F(ArmFileConfig, APayloadGivenByHandIsJudgedLikeThatOfAFile) {
+  const auto by_hand = [](const std::string& keys) { return "[teleoperation.arm]\n" + keys; };
+  EXPECT_EQ(problems(by_hand("payload_kg = 0.2\n")), "");
+  expect_refused(
+      "lab.toml:2: 'teleoperation.arm.payload_kg' makes the arm too heavy: at the start, arm_joint_4 holds ",
+      by_hand("payload_kg = 2\n"));
+  EXPECT_EQ(problems(by_hand("payload_kg = 1\ntorque_limit_Nm = [15, 15, 15, 15, 15]\n")), "");
+  // Without a payload, too. Links 4 and 5 weigh 0.769 and 0.687 kg.
+  expect_refused(
+      "lab.toml:2: 'teleoperation.arm.torque_limit_Nm' is too low for the weight of the arm: at the start, "
+      "arm_joint_4 holds ",
+      by_hand("torque_limit_Nm = [9.5, 9.5, 6, 1, 1]\n"));
+  deliver(given_);
+  const fs::path file = directory_.write("lab.toml", kArm);
+  try {
+    (void)load_config(file, {{"teleoperation.arm.torque_limit_Nm", "[9.5, 9.5, 6, 1, 1]"}});
+    FAIL();
+  } catch (const runtime::ConfigError& error) {
+    EXPECT_EQ(std::string(error.what()).find("set: 'teleoperation.arm.torque_limit_Nm' is too low"), 0U)
+        << error.what();
+  }
 }
 
 TEST_F(ArmFileConfig, LinksWithoutRotationalInertiaArePointMasses) {

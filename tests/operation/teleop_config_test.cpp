@@ -167,7 +167,7 @@ const std::vector<Key>& keys() {
       {"arm.posture_Nm_per_rad", {5}, [](C c) { return V{c.robot.posture_stiffness_Nm_per_rad}; }},
       {"arm.posture_Nm_s_per_rad", {2}, [](C c) { return V{c.robot.posture_damping_Nm_s_per_rad}; }},
       {"arm.posture_limit_Nm", {4}, [](C c) { return V{c.robot.posture_torque_limit_Nm}; }},
-      {"arm.payload_kg", {0.5}, [](C c) { return V{c.robot.model.payload_kg}; }},
+      {"arm.payload_kg", {0.2}, [](C c) { return V{c.robot.model.payload_kg}; }},
   };
   return kKeys;
 }
