@@ -426,6 +426,25 @@ std::optional<control::PlanarPose> first_outside(const control::BasePath::Plan& 
   return std::nullopt;
 }
 
+std::vector<std::string> arm_lines(const Config& config) {
+  std::vector<std::string> lines;
+  if (config.role == runtime::Role::kOperator) return lines;  // it has neither arm
+  const auto add = [&](const std::string& whose, const ArmFile& file, const runtime::ArmModel& model) {
+    lines.push_back(whose + ": robot file " + file.path.string());
+    for (const std::string& line : runtime::arm_model_lines(model)) lines.push_back(whose + ": " + line);
+  };
+  const control::WholeBodyController::Config& robot = config.teleoperation.robot;
+  if (config.arm_file)
+    add("arm", *config.arm_file,
+        {.changes = robot.model,
+         .friction = robot.arm_friction,
+         .rotor_inertia_kg_m2 = robot.rotor_inertia_kg_m2,
+         .scaled_columns = config.arm_file->model.scaled_columns});
+  if (config.simulated_arm_file && config.robot.arm)
+    add("simulated arm", *config.simulated_arm_file, *config.robot.arm);
+  return lines;
+}
+
 Config load_config(const std::filesystem::path& file, const std::map<std::string, std::string>& settings) {
   Config config;
   runtime::TomlFile toml = runtime::TomlFile::parse(file);
@@ -459,10 +478,11 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   read_path(path, config.path);
   read_workspace(root.table("workspace"), config.cycle.workspace);
   TomlTable simulation = root.table("simulation");
-  if (const auto arm = read_simulation(simulation, file.parent_path(), config.robot, config.models)) {
-    keep(*arm, config.models);
-    config.robot.arm = arm->model;
-    config.opened_once["simulation"] += arm->text;
+  config.simulated_arm_file = read_simulation(simulation, file.parent_path(), config.robot, config.models);
+  if (config.simulated_arm_file) {
+    keep(*config.simulated_arm_file, config.models);
+    config.robot.arm = config.simulated_arm_file->model;
+    config.opened_once["simulation"] += config.simulated_arm_file->text;
   }
   TomlTable haptic = root.table("haptic");
   runtime::read_haptic(haptic, file.parent_path(), config.haptic);

@@ -34,9 +34,12 @@ struct Config {
   runtime::HapticOptions haptic;
   /// Only with a haptic device; its settings for the base are in `cycle`.
   control::Teleoperation::Config teleoperation;
-  /// [teleoperation.arm] robot_file; its model is in `teleoperation`.
+  /// [teleoperation.arm] robot_file; its model is in `teleoperation`, with what other keys change of it.
   std::optional<ArmFile> arm_file;
-  /// Drive models and robot files that the configuration names, as used; robot files with their URDF.
+  /// [simulation] robot_file; its model is in `robot`.
+  std::optional<ArmFile> simulated_arm_file;
+  /// Drive models and robot files that the configuration names, as used; robot files with their URDF. Names
+  /// are those in the configuration, in normal form.
   std::vector<runtime::RecordingFile::Attachment> models;
   /// The configuration has [teleoperation], or role = "robot": a haptic device commands the robot.
   bool teleoperated = false;
@@ -52,6 +55,9 @@ inline constexpr double kWheelSpeedShare = 0.95;
 /// First point at which a sampled path leaves the box; empty: it stays inside. Setup.
 std::optional<control::PlanarPose> first_outside(const control::BasePath::Plan& plan,
                                                  const Eigen::AlignedBox2d& base_W_m);
+
+/// For people: each robot file of the configuration, with the model that control or the simulated arm uses.
+std::vector<std::string> arm_lines(const Config& config);
 
 /// Every key is optional; apps/youbotd/demo.toml and teleop.toml show all of them. `settings`, keys with
 /// their tables and values in TOML syntax, override the file. They come from outside: none makes the machine

@@ -43,13 +43,6 @@ Finding check_configuration(const operation::Config& config, bool virtual_time) 
   return {Mark::kOk, found};
 }
 
-/// What control takes from the robot file of the arm.
-void report_arm(const operation::ArmFile& file, Findings& findings) {
-  findings.push_back({Mark::kOk, "arm: robot file " + file.path.string()});
-  for (const std::string& line : runtime::arm_model_lines(file.model))
-    findings.push_back({Mark::kOk, "arm: " + line});
-}
-
 void check_real_time(const operation::Config& config, const CheckOptions& options, Findings& findings) {
   const bool on_bus = config.robot.name.starts_with(runtime::kEthercatPrefix);
   const Mark refused = options.allow_non_real_time ? Mark::kWarn : Mark::kFail;
@@ -87,7 +80,7 @@ const char* mark_text(Mark mark) {
 
 Findings check(const operation::Config& config, const CheckOptions& options) {
   Findings findings{check_configuration(config, options.virtual_time)};
-  if (config.teleoperated && config.arm_file) report_arm(*config.arm_file, findings);
+  for (const std::string& line : operation::arm_lines(config)) findings.push_back({Mark::kOk, line});
   if (!options.virtual_time) check_real_time(config, options, findings);
   if (config.robot.name.starts_with(runtime::kEthercatPrefix)) check_bus(config.robot, options, findings);
   for (Finding& finding : check_link(config.role, config.haptic.link)) findings.push_back(std::move(finding));

@@ -285,6 +285,8 @@ int run(Arguments arguments) {
                  arguments.session.virtual_time ? ", virtual time" : "; Ctrl-C stops");
   arguments.session.show_progress = !arguments.quiet && !arguments.session.virtual_time;
   if (!arguments.control_socket.empty()) return serve(arguments);
+  if (!arguments.quiet)
+    for (const std::string& line : operation::arm_lines(config)) spdlog::info("{}", line);
   if (!config.teleoperated && config.path.displacements_B.empty())
     spdlog::warn("{}: no [[path.leg]], so the base stays where it is",
                  arguments.session.config_file.string());

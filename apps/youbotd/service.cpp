@@ -360,9 +360,7 @@ void Service::enable(const Peer& peer) {
   fault_report_.clear();
   fault_robot_report_.clear();
   spdlog::info("run {} ({}) enabled by {}", orders_.number, mode_, peer.name);
-  if (config.teleoperated && config.arm_file)
-    for (const std::string& line : runtime::arm_model_lines(config.arm_file->model))
-      spdlog::info("arm: {}", line);
+  for (const std::string& line : operation::arm_lines(config)) spdlog::info("{}", line);
   manager_.status(mode_ + ", enabled by " + peer.name);
   give_orders();
 }

@@ -106,6 +106,21 @@ TEST(YoubotdCommand, AConfigurationWithoutAPathIsNoSilentSuccess) {
   EXPECT_NE(result.output.find("plain.toml: no [[path.leg]]"), std::string::npos) << result.output;
 }
 
+TEST(YoubotdCommand, ARunLogsTheArmThatIsSimulated) {
+  const support::TemporaryDirectory directory;
+  const fs::path config = directory.write(
+      "lab.toml",
+      "[ethercat]\nkind = \"base+arm\"\n[[path.leg]]\nforward_m = 0.01\n[simulation]\nrobot_file = \"" +
+          support::source_dir() + "/control/youbot_arm.toml\"\n");
+  const Result result = run({"--config", config, "--virtual-time"});
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_NE(
+      result.output.find("simulated arm: Coulomb friction of joints 1 to 5: 0.900, 0.900, 0.500, 0.350, "
+                         "0.250 N·m"),
+      std::string::npos)
+      << result.output;
+}
+
 TEST(YoubotdCommand, DemoComparesBothRunsAndSaysWhatItShows) {
   const Result result = run({"--config", kDemo, "--demo", "--virtual-time"});
   EXPECT_EQ(result.exit_code, 0) << result.output;

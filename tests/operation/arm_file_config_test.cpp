@@ -652,8 +652,8 @@ TEST_F(ArmFileConfig, AFactorOfAColumnOfYoubotdIsRefusedAndOfAnotherReported) {
   expect_refused(
       "'drive[1].torque_factor' of arm_joint_2 is 0.5, but arm_2_torque_measured_Nm is a column of");
   with("torque_column = \"current_2_A\"\ntorque_factor = 0.5\nfriction_before_gear = true\n");
-  EXPECT_EQ(runtime::arm_model_lines(load().arm_file->model).back(),
-            "identified from recordings whose current_2_A was multiplied by torque_factor = 0.5");
+  EXPECT_EQ(arm_lines(load()).back(),
+            "arm: identified from recordings whose current_2_A was multiplied by torque_factor = 0.5");
 }
 
 TEST_F(ArmFileConfig, WhatTheFileChangesIsListed) {
@@ -661,11 +661,30 @@ TEST_F(ArmFileConfig, WhatTheFileChangesIsListed) {
   arm.arm.links[1].inertia.mass_kg = 1.1552;
   arm.arm.links[2].inertia.p_LC_m = {0.001, 0.02, 0.09};
   deliver(arm);
-  const std::vector<std::string> lines = runtime::arm_model_lines(load().arm_file->model);
-  ASSERT_GE(lines.size(), 2U);
-  EXPECT_EQ(lines[0], "arm_link_2: mass 1.155 -> 1.1552 kg");
-  EXPECT_EQ(lines[1], "arm_link_3: centre of mass -0.0001, 0.0211, 0.0967 -> 0.0010, 0.0200, 0.0900 m");
-  EXPECT_EQ(lines.back(), "rotor inertia of joints 1 to 5: 0.2000, 0.2000, 0.2000, 0.2000, 0.2000 kg·m²");
+  const std::vector<std::string> lines = arm_lines(load());
+  ASSERT_GE(lines.size(), 3U);
+  EXPECT_EQ(lines[0], "arm: robot file " + (directory_ / "arm/model.toml").string());
+  EXPECT_EQ(lines[1], "arm: arm_link_2: mass 1.155 -> 1.1552 kg");
+  EXPECT_EQ(lines[2], "arm: arm_link_3: centre of mass -0.0001, 0.0211, 0.0967 -> 0.0010, 0.0200, 0.0900 m");
+  EXPECT_EQ(lines.back(),
+            "arm: rotor inertia of joints 1 to 5: 0.2000, 0.2000, 0.2000, 0.2000, 0.2000 kg·m²");
+}
+
+TEST_F(ArmFileConfig, TheListIsOfWhatControlUsesAndOfWhatTheSimulatedArmFollows) {
+  ArmDescription arm = given_;
+  arm.payload_kg = 0.25;
+  deliver(arm);
+  const fs::path file = directory_.write(
+      "lab.toml", "[ethercat]\nkind = \"base+arm\"\n[simulation]\nrobot_file = \"arm/model.toml\"\n" + kArm);
+  const std::vector<std::string> lines =
+      arm_lines(load_config(file, {{"teleoperation.arm.payload_kg", "0.1"},
+                                   {"teleoperation.arm.coulomb_Nm", "[0.1, 0.1, 0.1, 0.1, 0.1]"}}));
+  for (const char* line : {"arm: payload: 0.100 kg at 0.0000, 0.0000, 0.0000 m from the tip",
+                           "arm: Coulomb friction of joints 1 to 5: 0.100, 0.100, 0.100, 0.100, 0.100 N·m",
+                           "simulated arm: payload: 0.250 kg at 0.0000, 0.0000, 0.0000 m from the tip",
+                           "simulated arm: Coulomb friction of joints 1 to 5: 0.400, 0.400, 0.400, 0.400, "
+                           "0.400 N·m"})
+    EXPECT_EQ(std::ranges::count(lines, line), 1) << line;
 }
 
 TEST_F(ArmFileConfig, AValueHasOneSource) {
