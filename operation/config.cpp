@@ -507,9 +507,6 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   if (config.robot.arm && config.robot.ethercat.kind != hal::YoubotKind::kBaseAndArm)
     simulation.refuse("robot_file",
                       "needs 'ethercat.kind' = \"base+arm\": no other simulated arm has weight");
-  else if (config.robot.arm && !runtime::is_simulated(config.robot.name))
-    simulation.refuse("robot_file", "is for the robots loopback and wire; the arm of '" + config.robot.name +
-                                        "' is not simulated here. youbot-sim has --robot-file");
   if (config.robot.ethercat.kind == hal::YoubotKind::kArm)
     ethercat.refuse("kind", "is 'arm', but it is the base that drives; youbot-bench measures an arm alone");
   const Cycle::Config& cycle = config.cycle;

@@ -71,7 +71,7 @@ std::unique_ptr<hal::Robot> lock_step_robot(const std::string& interface, const 
 
 OpenedRobot open_robot(const RobotOptions& options, const hal::Clock& clock,
                        std::chrono::nanoseconds period) {
-  check_robot_name(options.name);
+  check_robot(options);
   OpenedRobot opened;
   hal::EthercatOptions ethercat = options.ethercat;
   const sim::BaseParameters simulation = with_youbot_wheels(options.simulation);
@@ -127,6 +127,14 @@ void check_robot_name(const std::string& name) {
     throw std::invalid_argument(
         "--robot: there is no '" + name +
         "'; known: loopback, wire, ethercat:IFACE, and, for one joint on a bench, can:IFACE");
+}
+
+void check_robot(const RobotOptions& options) {
+  check_robot_name(options.name);
+  if (options.arm && !is_simulated(options.name))
+    throw std::invalid_argument(
+        "'simulation.robot_file' is for the robots loopback and wire, and the robot is '" + options.name +
+        "': remove the key, or choose another robot; youbot-sim takes the file by --robot-file");
 }
 
 bool is_simulated(const std::string& name) {

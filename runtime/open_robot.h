@@ -28,7 +28,8 @@ struct RobotOptions {
   /// For loopback and wire. A simulation in lock-step only reads whether its wheels are on the ground; a real
   /// robot ignores it.
   sim::BaseParameters simulation;
-  std::optional<ArmModel> arm{};     ///< of base and arm, simulated here; empty: an arm that no model knows
+  /// The model that the simulated arm of loopback and wire follows; empty: sim::built_robot().
+  std::optional<ArmModel> arm{};
   sim::EnvironmentParameters scene;  ///< objects that the end effector of a simulated arm on a base can touch
 };
 
@@ -53,12 +54,14 @@ inline constexpr std::string_view kCanPrefix = "can:";
 ///   known zero: `ethercat.home_arms`.
 /// - `ethercat:IFACE`: a robot, or youbot-sim, on a network interface.
 /// - `can:IFACE`: one joint on a bench, on a CAN interface.
-/// `clock` must outlive the result. @throws std::invalid_argument as check_robot_name() does.
+/// `clock` must outlive the result. @throws std::invalid_argument as check_robot() does.
 OpenedRobot open_robot(const RobotOptions& options, const hal::Clock& clock, std::chrono::nanoseconds period);
 
 bool is_robot_name(const std::string& name);
 /// @throws std::invalid_argument for an unknown name, listing the known ones.
 void check_robot_name(const std::string& name);
+/// @throws std::invalid_argument as check_robot_name() does, and for options that do not fit the name.
+void check_robot(const RobotOptions& options);
 /// Whether it is simulated in this process.
 bool is_simulated(const std::string& name);
 /// @throws std::invalid_argument if such a robot cannot run in virtual time. On a bus it can if it is a

@@ -91,10 +91,7 @@ operation::Config configuration(const Arguments& arguments,
     config.robot.name = arguments.robot;
     config.opened_once["robot"].clear();
   }
-  runtime::check_robot_name(config.robot.name);
-  if (config.robot.arm && !runtime::is_simulated(config.robot.name))
-    throw std::invalid_argument("--robot: the arm of '" + config.robot.name +
-                                "' is not simulated here, but the configuration has 'simulation.robot_file'");
+  runtime::check_robot(config.robot);
   if (!arguments.haptic.empty()) {
     if (config.role == runtime::Role::kRobot)
       throw std::invalid_argument(

@@ -289,6 +289,24 @@ TEST(CheckCommand, TheArmsRobotFileIsReportedWithWhatWasTakenFromIt) {
     EXPECT_TRUE(result.said(line)) << result.output << "lacks: " << line;
 }
 
+TEST(CheckCommand, ASimulatedArmIsReportedAndNeedsTheRobotOfTheCommandLine) {
+  const support::TemporaryDirectory folder;
+  const std::string config =
+      folder
+          .write("lab.toml",
+                 "robot = \"ethercat:eth0\"\n[ethercat]\nkind = \"base+arm\"\n[simulation]\nrobot_file = \"" +
+                     support::source_dir() + "/control/youbot_arm.toml\"\n")
+          .string();
+  const std::string check = support::program("youbotd") + " --check --virtual-time --config " + config;
+  const support::CommandResult simulated = support::run_command(check + " --robot loopback");
+  EXPECT_EQ(simulated.exit_code, 0) << simulated.output;
+  EXPECT_TRUE(simulated.said("ok    simulated arm: Coulomb friction of joints 1 to 5: 0.900"))
+      << simulated.output;
+  const support::CommandResult real = support::run_command(check);
+  EXPECT_EQ(real.exit_code, 2) << real.output;
+  EXPECT_TRUE(real.said("'simulation.robot_file' is for the robots loopback and wire")) << real.output;
+}
+
 TEST(CheckCommand, AConfigurationThatNoRunAcceptsIsAUsageError) {
   const support::TemporaryDirectory folder;
   const std::string bad = folder.write("bad.toml", "robbot = \"loopback\"\n").string();

@@ -47,6 +47,26 @@ TEST(OpenRobot, ABenchRigHasOneJointAndLivesInRealTime) {
   EXPECT_TRUE(is_simulated("loopback"));
 }
 
+TEST(OpenRobot, ARobotFileOfTheSimulatedArmNeedsASimulatedArm) {
+  RobotOptions options;
+  options.arm.emplace();
+  for (const char* name : {"loopback", "wire"}) {
+    options.name = name;
+    EXPECT_NO_THROW(check_robot(options));
+  }
+  options.name = "ethercat:eth0";
+  const hal::VirtualClock clock;
+  try {
+    (void)open_robot(options, clock, 1ms);
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(error.what(),
+                 "'simulation.robot_file' is for the robots loopback and wire, and the robot is "
+                 "'ethercat:eth0': remove the key, or choose another robot; youbot-sim takes the file by "
+                 "--robot-file");
+  }
+}
+
 TEST(OpenRobot, ANameWithoutItsInterfaceIsRefusedWithWhatIsMissing) {
   for (const char* name : {"ethercat:", "can:"}) {
     try {
