@@ -199,18 +199,17 @@ std::optional<model::effects::DriveModel> read_model(TomlTable& table, std::stri
   }
 }
 
-/// Attachments are named after the file that the configuration names.
-void keep(const std::string& name, const model::effects::DriveModel& model, Models& models) {
+/// Attachments are named after the file that the configuration names, each file once.
+void keep(const std::filesystem::path& written, const std::string& text, Models& models) {
+  const std::string name = written.lexically_normal().generic_string();
   if (std::ranges::find(models, name, &Models::value_type::name) == models.end())
-    models.push_back({name, runtime::drive_model_text(model)});
+    models.push_back({name, text});
 }
 
 void keep(const ArmFile& file, Models& models) {
-  if (std::ranges::find(models, file.name, &Models::value_type::name) != models.end()) return;
-  models.push_back({file.name, file.text});
-  const std::string urdf = (std::filesystem::path(file.name).parent_path() / kArmFileUrdf).generic_string();
-  if (std::ranges::find(models, urdf, &Models::value_type::name) == models.end())
-    models.push_back({urdf, std::string(control::youbot_urdf())});
+  const std::filesystem::path name = file.name;
+  keep(name, file.text, models);
+  keep(name.parent_path() / kArmFileUrdf, std::string(control::youbot_urdf()), models);
 }
 
 /// Names of a drive model for each wheel; empty if the key is missing or refused.
@@ -232,7 +231,7 @@ void read_wheel_models(TomlTable& table, const std::filesystem::path& folder, do
   for (const std::string& name : four_names(table, kKey)) {
     const auto model = read_model(table, kKey, folder, name);
     if (!model) continue;
-    keep(name, *model, models);
+    keep(name, runtime::drive_model_text(*model), models);
     if (const std::string why = runtime::driving_friction(*model, top_speed_rad_per_s); !why.empty())
       table.refuse(kKey,
                    "names a drive model that cannot be compensated up to 'limits.wheel_speed_rad_per_s': " +
@@ -323,7 +322,7 @@ void read_simulated_wheels(TomlTable& table, const std::filesystem::path& folder
   const auto follow = [&](std::string_view key, const std::string& name) {
     const auto read = read_model(table, key, folder, name);
     if (!read) return;
-    keep(name, *read, models);
+    keep(name, runtime::drive_model_text(*read), models);
     simulation.models.push_back(*read);
   };
   if (!model.empty()) follow("model", model);

@@ -9,6 +9,15 @@
 #include "runtime/recording/output_directory.h"
 
 namespace runtime {
+namespace {
+
+/// Whether a file of the configuration is outside its folder.
+bool leads_out(const std::string& name) {
+  const std::filesystem::path normal = std::filesystem::path(name).lexically_normal();
+  return normal.is_absolute() || *normal.begin() == "..";
+}
+
+}  // namespace
 
 NewRecording::NewRecording(const std::filesystem::path& directory, const RecordingConfig& config,
                            std::vector<std::string>& problems)
@@ -26,12 +35,18 @@ NewRecording::NewRecording(const std::filesystem::path& directory, const Recordi
   } catch (const std::runtime_error& why) {
     problems.push_back(std::string("settings.toml: ") + why.what());
   }
-  if (format_ != RecordingFormat::kCsv) return;
+  const bool copies = format_ == RecordingFormat::kCsv;
   for (const auto& [name, text] : config.models) {
-    try {
-      write(name, text);
-    } catch (const std::runtime_error& why) {
-      problems.push_back("copy of " + name + ": " + why.what());
+    if (leads_out(name)) {
+      problems.push_back((copies ? "copy of " : "attachment ") + name +
+                         ": is outside the folder of the configuration; " +
+                         (copies ? "keep it with the recording" : "to repeat the run, put it back there"));
+    } else if (copies) {
+      try {
+        write(name, text);
+      } catch (const std::runtime_error& why) {
+        problems.push_back("copy of " + name + ": " + why.what());
+      }
     }
   }
 }
@@ -42,10 +57,7 @@ void NewRecording::add(const std::string& name, const std::string& text) {
 }
 
 void NewRecording::write(const std::string& name, const std::string& text) {
-  const std::filesystem::path inside = std::filesystem::path(name).lexically_normal();
-  if (inside.is_absolute() || *inside.begin() == "..")
-    throw std::runtime_error("is outside the folder of the configuration; keep it with the recording");
-  const std::filesystem::path path = directory_ / inside;
+  const std::filesystem::path path = directory_ / std::filesystem::path(name).lexically_normal();
   made_.add(make_output_directory(path.parent_path()));
   std::error_code error;
   if (std::filesystem::exists(path, error)) throw std::runtime_error("is there already");

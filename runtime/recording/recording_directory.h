@@ -32,7 +32,8 @@ class NewRecording {
  public:
   /// Creates the directory if it is missing, copies the configuration into it as `config.toml` and writes
   /// settings, if any, to `settings.toml`, and for CSV the models, under the names by which the configuration
-  /// finds them; never overwrites. Failures are added to `problems`.
+  /// finds them; never overwrites. Failures are added to `problems`, as is each model outside the folder of
+  /// the configuration, which is not written.
   /// @throws hal::SetupError if files cannot be created in the directory.
   NewRecording(const std::filesystem::path& directory, const RecordingConfig& config,
                std::vector<std::string>& problems);
@@ -49,7 +50,7 @@ class NewRecording {
  private:
   /// Into the directory and the recordings. @throws std::runtime_error if it exists or cannot be written.
   void add(const std::string& name, const std::string& text);
-  /// @throws std::runtime_error as add(), or if `name` leads out of the directory.
+  /// @throws std::runtime_error as add().
   void write(const std::string& name, const std::string& text);
 
   std::filesystem::path directory_;

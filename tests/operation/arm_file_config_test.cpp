@@ -280,6 +280,26 @@ TEST_F(ArmFileConfig, AModelOutsideOfTheFolderOfTheConfigurationIsReportedNotCop
   EXPECT_FALSE(fs::exists(directory_ / "arm.toml"));
 }
 
+TEST_F(ArmFileConfig, AnMcapFileHasAModelOutsideOfTheFolderAndThatIsReported) {
+  const fs::path file = directory_.write("lab.toml", "robot = \"loopback\"\n");
+  std::vector<std::string> problems;
+  const runtime::NewRecording recording(
+      directory_ / "run", {.file = file, .models = {{"../arm.toml", "a"}, {"arm/in.toml", "b"}}}, problems);
+  EXPECT_EQ(problems, std::vector<std::string>{"attachment ../arm.toml: is outside the folder of the "
+                                               "configuration; to repeat the run, put it back there"});
+  EXPECT_FALSE(fs::exists(directory_ / "run/arm/in.toml"));
+}
+
+TEST_F(ArmFileConfig, AFileThatIsNamedInTwoWaysIsKeptOnce) {
+  deliver(given_);
+  const Config config = load(
+      "[ethercat]\nkind = \"base+arm\"\n[simulation]\nrobot_file = \"./arm/model.toml\"\n"
+      "[teleoperation.arm]\nrobot_file = \"arm/../arm/model.toml\"\n");
+  ASSERT_EQ(config.models.size(), 2U);
+  EXPECT_EQ(config.models[0].name, "arm/model.toml");
+  EXPECT_EQ(config.models[1].name, "arm/youbot.urdf");
+}
+
 TEST_F(ArmFileConfig, AnotherSimulatedArmNeedsARestart) {
   const std::string text = "[ethercat]\nkind = \"base+arm\"\n[simulation]\nrobot_file = \"arm/model.toml\"\n";
   deliver(given_);
