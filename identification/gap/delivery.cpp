@@ -97,6 +97,12 @@ std::string worse_at(const Score& than, const Score& candidate, double alike = k
     return "follows the held-out set-points worse, with its servo";
   return "";
 }
+/// `candidate` as it is compared with `than`: a simulation that follows the motion neither way says nothing
+/// about the difference.
+Score judged_against(const Score& than, Score candidate) {
+  if (!than.simulation.follows && !candidate.simulation.follows) candidate.simulation = than.simulation;
+  return candidate;
+}
 
 /// Index in the given model of the delivered effect `effect`; the added ones come after those.
 class GivenPlaces {
@@ -141,7 +147,12 @@ std::function<bool(const FreeParameter&)> all_but(const std::vector<FreeParamete
 FittedModel with_given(const FittedModel& fitted, const std::vector<FreeParameter>& fixed,
                        const FittedModel& given, const GivenPlaces& places, const Judged& judged) {
   FittedModel start = fitted;
-  for (const FreeParameter& p : fixed) start = with_value(start, p, *given_value(p, given, places));
+  for (FreeParameter p : fixed) {
+    const double value = *given_value(p, given, places);
+    p.lower = std::min(p.lower, value);  // the search's bounds do not bind what is given
+    p.upper = std::max(p.upper, value);
+    start = with_value(start, p, value);
+  }
   return refined(start, judged.rows, judged.training.rows, all_but(fixed));
 }
 
@@ -200,9 +211,7 @@ std::vector<std::string> deliver(SearchResult& result, const FittedModel& given,
     const std::optional<FittedModel> without = without_added(result, i, judged.rows, judged.training);
     if (!without) continue;
     Score bare = held_out.score(*without);
-    // A simulation that follows the motion neither way refuses no effect.
-    Score with = score;
-    if (!bare.simulation.follows && !score.simulation.follows) with.simulation = bare.simulation;
+    const Score with = judged_against(bare, score);
     std::string reason = worse_at(bare, with);
     if (!reason.empty()) reason = "with it the model " + reason;
     if (reason.empty() && gives(result.added[i].effect) && is_doubtful(bare, with))
@@ -261,7 +270,8 @@ WithPresliding with_presliding(const FittedModel& delivered, const model::effect
     return p.kind == FreeParameter::Kind::kEffect && p.effect == at && p.name == "damping_Nm_s_per_rad";
   });
   const HeldOut held_out(judged);
-  return {with, worse_at(held_out.score(delivered), held_out.score(with), kAlikeIfGiven)};
+  const Score before = held_out.score(delivered);
+  return {with, worse_at(before, judged_against(before, held_out.score(with)), kAlikeIfGiven)};
 }
 
 FittedModel fitted_to_servo(const FittedModel& delivered, const std::vector<ServoRun>& searched,
@@ -291,7 +301,7 @@ HeldOutComparison compared(const FittedModel& than, const FittedModel& candidate
       .after_Nm = rms(after.torque, judged.held_out.size()),
       .simulation_before_rad_per_s = rms(before.simulation.squares, held_out.simulated_samples()),
       .simulation_after_rad_per_s = rms(after.simulation.squares, held_out.simulated_samples()),
-      .worse_at = worse_at(before, after)};
+      .worse_at = worse_at(before, judged_against(before, after))};
   for (std::size_t b = 0; b < kDeliveryBlocks; ++b)
     result.blocks_improved += after.torque[b] < before.torque[b] ? 1 : 0;
   return result;

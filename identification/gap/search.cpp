@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -509,23 +510,29 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
     Round round(result.fitted, rows, training);
     const std::vector<Round::Outcome> outcomes = round.outcomes();
     const int additions = step - replaced;
-    const bool worth = additions < kMaxEffects && !outcomes.empty() &&
-                       outcomes.front().gain >= options.least_gain &&
-                       outcomes.front().gain * round.base().held_out >= least_square;
+    const auto is_worth = [&](const Round::Outcome& outcome) {
+      return outcome.gain >= options.least_gain && outcome.gain * round.base().held_out >= least_square;
+    };
+    const bool worth = additions < kMaxEffects && !outcomes.empty() && is_worth(outcomes.front());
     report(options, "trying the same on chance data", passed(0.2));
     std::map<std::string_view, double> p_of;  // of the effects whose chance was tried
     const auto is_chance = [&](const Round::Outcome& outcome) {
       if (!p_of.contains(outcome.effect)) p_of[outcome.effect] = round.p_value(outcome, options);
       return p_of[outcome.effect] > round.allowed_chance(outcome.effect, options);
     };
-    const auto plain = std::ranges::find_if(
-        outcomes, [&](const Round::Outcome& outcome) { return round.is_plain(outcome.effect); });
-    const bool is_tried =
-        worth && (!is_chance(outcomes.front()) ||
-                  (plain != outcomes.end() && plain->gain >= options.least_gain && !is_chance(*plain)));
+    // What gains most by chance is no rival of a plain friction that does not.
+    std::vector<Round::Outcome> contestants;
+    if (worth && !is_chance(outcomes.front())) {
+      contestants = outcomes;
+    } else if (worth) {
+      std::ranges::copy_if(outcomes, std::back_inserter(contestants), [&](const Round::Outcome& outcome) {
+        return round.is_plain(outcome.effect) && is_worth(outcome) && !is_chance(outcome);
+      });
+    }
     report(options, "fitting rivals", passed(0.4));
     std::vector<Rival> rivals;
-    if (is_tried) rivals = contest(result.fitted, outcomes, round.base(), rows, training, options);
+    if (!contestants.empty())
+      rivals = contest(result.fitted, contestants, round.base(), rows, training, options);
     // The simplest rival gains less than the best outcome, and chance reaches a smaller gain more often. A
     // rival whose gain chance reaches too often is replaced by the next one.
     while (!rivals.empty() &&
@@ -535,9 +542,10 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
     const auto p_at_least = [&](const Round::Outcome& outcome) {
       if (const auto tried = p_of.find(outcome.effect); tried != p_of.end()) return tried->second;
       if (!worth) return 1.0;
+      std::optional<double> least;
       for (const auto& [effect, p] : p_of)
-        if (round.is_plain(effect) == round.is_plain(outcome.effect)) return p;
-      return p_of.at(outcomes.front().effect);
+        if (round.is_plain(effect) == round.is_plain(outcome.effect)) least = std::min(p, least.value_or(p));
+      return least.value_or(p_of.at(outcomes.front().effect));
     };
     if (rivals.empty() && replaced < kMaxReplaced && replace_misnamed(result, rows, training, options)) {
       ++replaced;
