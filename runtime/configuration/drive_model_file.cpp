@@ -113,7 +113,7 @@ void read_empirical(TomlTable& table, std::vector<AnyEffect>& effects) {
 
 void read_effect(TomlTable& table, std::vector<AnyEffect>& effects) {
   std::string type;
-  table.text("type", type, {.required = true});
+  table.text("type", type);
   if (type == Empirical::kName) return read_empirical(table, effects);
   if (type == model::effects::LoadFriction::kName && std::ranges::any_of(effects, [](const AnyEffect& any) {
         return std::holds_alternative<model::effects::LoadFriction>(any);
@@ -123,13 +123,14 @@ void read_effect(TomlTable& table, std::vector<AnyEffect>& effects) {
     for (const EffectDescription& effect : family())
       if (effect.name == type)
         return read_parameters(table, effect, family == &model::effects::friction_law_effects, effects);
-  if (!type.empty())
-    table.refuse("type", fmt::format("is '{}'; there are {}, {} and the friction laws {}", type,
+  const std::string problem = !type.empty()       ? fmt::format("is '{}'", type)
+                              : table.has("type") ? ""  // no text, which is reported
+                                                  : "is missing";
+  if (!problem.empty())
+    table.refuse("type", fmt::format("{}; there are {}, {} and the friction laws {}", problem,
                                      names(model::effects::effect_descriptions()), Empirical::kName,
                                      names(model::effects::friction_law_effects())));
-  for (const auto& family : kFamilies)
-    for (const EffectDescription& other : family())
-      for (const ParameterDescription& parameter : other.parameters) table.ignore(parameter.name);
+  table.ignore_rest();
 }
 
 std::string unit_remark(Empirical::Times times) {

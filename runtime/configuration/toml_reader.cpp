@@ -350,6 +350,9 @@ void TomlTable::reject(std::string_view key, const std::string& complaint) const
 }
 
 void TomlTable::ignore(std::string_view key) { (void)node_->find(key, false); }
+void TomlTable::ignore_rest() {
+  for (const auto& [key, value] : node_->table) node_->known.emplace(key.str());
+}
 
 bool TomlTable::is_set(std::string_view key) const {
   const toml::node* found = node_->table.get(key);

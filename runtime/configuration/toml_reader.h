@@ -93,6 +93,8 @@ class TomlTable {
 
   /// Accepts any content: it belongs to another program.
   void ignore(std::string_view key);
+  /// All keys count as known: which ones are, depends on a value that was refused.
+  void ignore_rest();
 
   /// Whether TomlFile::set() gave the value of this key, not the file.
   bool is_set(std::string_view key) const;

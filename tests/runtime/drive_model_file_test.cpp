@@ -238,6 +238,11 @@ TEST_F(DriveModelFile, WhatIsWrongIsNamedWithItsLine) {
   ASSERT_EQ(unknown.size(), 1U);
   EXPECT_TRUE(unknown[0].starts_with(":5: 'effect[0].type' is 'stickiness'; there are coulomb, viscous"))
       << unknown[0];
+  const auto no_type =
+      problems(std::string(kHead) + "[[effect]]\nname = \"coulomb\"\ntorque_Nm = 1.0\nfriction = 2\n");
+  ASSERT_EQ(no_type.size(), 1U) << "no key can be judged without the type";
+  EXPECT_TRUE(no_type[0].starts_with(":4: 'effect[0].type' is missing; there are coulomb, viscous"))
+      << no_type[0];
   const auto key =
       problems(std::string(kHead) + "[[effect]]\ntype = \"coulomb\"\ntorque_Nm = 0.1\ntorque = 1.0\n");
   ASSERT_EQ(key.size(), 1U);
