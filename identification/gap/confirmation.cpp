@@ -3,9 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
+
+#include "model/effects/basis.h"
 
 namespace identification::gap {
 namespace {
@@ -54,6 +58,16 @@ constexpr std::array kSizes{
     Size{"torque_deadband", "threshold_Nm"},
     Size{"transport_delay", "delay_s"},
 };
+/// Those of one effect; a user's own is absent if its amplitude is zero.
+std::vector<Size> sizes_of(const model::effects::AnyEffect& effect) {
+  const std::string_view name = model::effects::name_of(effect);
+  if (std::holds_alternative<model::effects::Custom>(effect))
+    return {{name, model::effects::amplitudes_of(effect).front()}};
+  std::vector<Size> sizes;
+  std::ranges::copy_if(kSizes, std::back_inserter(sizes),
+                       [&](const Size& size) { return size.effect == name; });
+  return sizes;
+}
 /// The value of `size` at which the effect is absent.
 double none_at(const Size& size, const model::effects::DriveModel& model) {
   const auto* coulomb = model.find<model::effects::Coulomb>();
@@ -86,10 +100,10 @@ class Confirmation {
       return "its size is uncertain, and most is left over with it, too";
     if (!may_be_none(i, 1)) return "";
     if (effect == "presliding") return "its stiffness may as well be zero";
+    if (!gives(effect)) return "its size may as well be zero";
     if (judges && share < kMuch) return "its size may as well be zero, and most is left over with it, too";
-    if (gives(effect) && gives_otherwise(i))
-      return "its size may as well be zero, and something else that gives is in the model";
-    return "";
+    return gives_otherwise(i) ? "its size may as well be zero, and something else that gives is in the model"
+                              : "";
   }
 
   /// The i-th addition is an elasticity or a backlash of undetermined size.
@@ -153,8 +167,8 @@ class Confirmation {
   }
   /// Whether each size of the i-th addition may be zero, by its interval times `widened`.
   bool may_be_none(std::size_t i, double widened) const {
-    return std::ranges::all_of(kSizes, [&](const Size& size) {
-      if (size.effect != result_.added[i].effect) return true;
+    const std::vector<Size> sizes = sizes_of(result_.fitted.model.effects[*place_of_added(result_, i)]);
+    return std::ranges::all_of(sizes, [&](const Size& size) {
       const fit::Estimate& estimate = parameter(i, size.parameter);
       const double none = none_at(size, result_.fitted.model);
       const auto end = [&](double of) { return estimate.value + widened * (of - estimate.value); };
