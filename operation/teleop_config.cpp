@@ -10,7 +10,6 @@
 #include <span>
 #include <stdexcept>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "control/robot_model.h"
@@ -166,38 +165,71 @@ void take(const runtime::ArmModel& model, control::WholeBodyController::Config& 
   robot.rotor_inertia_kg_m2 = model.rotor_inertia_kg_m2;
 }
 
-/// The key to which an arm that is too heavy is reported, and the beginning of the complaint.
-std::pair<std::string_view, std::string> cause_of_weight(const TomlTable& table,
-                                                         const std::optional<ArmFile>& file,
-                                                         double payload_kg) {
-  if (!table.is_set("torque_limit_Nm")) {
-    if (file) return {"robot_file", "names " + file->path.string() + ", whose arm is too heavy"};
-    if (payload_kg > 0) return {"payload_kg", "makes the arm too heavy"};
-  }
-  return {"torque_limit_Nm", "is too low for the weight of the arm"};
+/// What the joints need to hold the arm still.
+control::ArmVector weight_Nm(control::RobotModel& model, const control::ArmVector& posture_rad) {
+  model.update((control::ChainVector() << 0, 0, 0, posture_rad).finished());
+  return model.gravity_Nm().tail<control::kArmJoints>().cwiseAbs();
 }
 
 /// Where the arm has to hold still before its operator can move it.
-void check_weight(TomlTable& table, const std::optional<ArmFile>& file,
-                  const Teleoperation::Config& control) {
+struct HeldPosture {
+  std::vector<std::string_view> start_keys;  ///< that determine it; messages name it by the first
+  control::ArmVector rad;
+};
+
+struct Weight {
+  std::size_t joint;
+  double needed_Nm;
+  double limit_Nm;
+  bool usual_arm_fits;  ///< the arm of control/youbot.urdf, without payload
+};
+
+/// At the key that a setting changed, or else at the one that makes the arm heavier than usual.
+void refuse_weight(const Weight& weight, const HeldPosture& posture, const std::optional<ArmFile>& file,
+                   TomlTable& start, TomlTable& arm) {
+  const std::string needs =
+      fmt::format("at 'teleoperation.start.{}', arm_joint_{} needs {:.2f} N·m to hold the arm",
+                  posture.start_keys.front(), weight.joint + 1, weight.needed_Nm);
+  const std::string remedy =
+      fmt::format("; its limit of {:g} allows {:.2f}: lighten the load or choose another start",
+                  weight.limit_Nm, kMaxWeightShare * weight.limit_Nm);
+  const auto set_key =
+      std::ranges::find_if(posture.start_keys, [&](std::string_view key) { return start.is_set(key); });
+  const bool start_is_set = set_key != posture.start_keys.end();
+  if (arm.is_set("torque_limit_Nm") || (!start_is_set && !weight.usual_arm_fits))
+    arm.refuse("torque_limit_Nm", fmt::format("is too low: {}, so at least {:.2f}", needs,
+                                              std::ceil(100 * weight.needed_Nm / kMaxWeightShare) / 100));
+  else if (start_is_set)
+    start.refuse(*set_key, "leads to a posture that needs too much torque: " + needs + remedy);
+  else if (file && !arm.is_set("payload_kg"))
+    arm.refuse("robot_file", "names " + file->path.string() + ", whose arm is too heavy: " + needs + remedy);
+  else
+    arm.refuse("payload_kg", "makes the arm too heavy: " + needs + remedy);
+}
+
+void check_weight(const Teleoperation::Config& control, const std::optional<ArmFile>& file, TomlTable& start,
+                  TomlTable& arm) {
   control::RobotModel model(control.robot.model);
-  std::vector<std::pair<std::string_view, control::ArmVector>> postures{{"unfolded", control.unfolded_rad}};
+  control::RobotModel usual;
+  std::vector<HeldPosture> postures{{{"unfolded_deg"}, control.unfolded_rad}};
   try {
-    postures.emplace_back("at the start", control::start_posture(control, model));
+    postures.push_back({{"position_m", "pitch_deg", "unfolded_deg"}, control::start_posture(control, model)});
   } catch (const std::invalid_argument&) {
     return;  // refused later, with its reason: no such start
   }
-  for (const auto& [where, posture_rad] : postures) {
-    model.update((control::ChainVector() << 0, 0, 0, posture_rad).finished());
-    const control::ArmVector weight_Nm = model.gravity_Nm().tail<control::kArmJoints>();
+  for (const HeldPosture& posture : postures) {
+    const control::ArmVector needed_Nm = weight_Nm(model, posture.rad);
+    const control::ArmVector usual_Nm = weight_Nm(usual, posture.rad);
     for (std::size_t i = 0; i < control.robot.arm_torque_limit_Nm.size(); ++i) {
-      const double needed_Nm = std::abs(weight_Nm[static_cast<Eigen::Index>(i)]);
-      const double allowed_Nm = kMaxWeightShare * control.robot.arm_torque_limit_Nm[i];
-      if (needed_Nm <= allowed_Nm) continue;
-      const auto [key, complaint] = cause_of_weight(table, file, control.robot.model.payload_kg);
-      table.refuse(key, fmt::format("{}: {}, arm_joint_{} holds {:.2f} N·m against weight and payload; "
-                                    "allowed is {:.2f}, {:g} of 'teleoperation.arm.torque_limit_Nm'",
-                                    complaint, where, i + 1, needed_Nm, allowed_Nm, kMaxWeightShare));
+      const auto joint = static_cast<Eigen::Index>(i);
+      const double limit_Nm = control.robot.arm_torque_limit_Nm[i];
+      const double allowed_Nm = kMaxWeightShare * limit_Nm;
+      if (needed_Nm[joint] > allowed_Nm)
+        refuse_weight({.joint = i,
+                       .needed_Nm = needed_Nm[joint],
+                       .limit_Nm = limit_Nm,
+                       .usual_arm_fits = usual_Nm[joint] <= allowed_Nm},
+                      posture, file, start, arm);
     }
   }
 }
@@ -227,7 +259,6 @@ std::optional<ArmFile> read_arm(TomlTable table, const std::filesystem::path& fo
   table.number("setpoint_rad_per_s3", control.joint_setpoint.jerk, {.min = 10, .max = 50'000});
   table.number("following_error_rad", control.joint_following_error_rad, {.min = 0.02, .max = 3});
   table.number("payload_kg", robot.model.payload_kg, {.min = 0, .max = runtime::kMaxPayload_kg});
-  check_weight(table, file, control);
   return file;
 }
 
@@ -235,12 +266,16 @@ std::optional<ArmFile> read_arm(TomlTable table, const std::filesystem::path& fo
 
 std::optional<ArmFile> read_teleoperation(TomlTable table, const std::filesystem::path& folder,
                                           Teleoperation::Config& control) {
-  read_start(table.table("start"), control);
+  TomlTable start = table.table("start");
+  read_start(start, control);
   read_coupling(table.table("coupling"), control);
   read_mapping(table.table("mapping"), control.mapping, control.smoothing);
   read_feedback(table.table("feedback"), control);
   read_buttons(table.table("buttons"), control);
-  return read_arm(table.table("arm"), folder, control);
+  TomlTable arm = table.table("arm");
+  std::optional<ArmFile> file = read_arm(arm, folder, control);
+  check_weight(control, file, start, arm);
+  return file;
 }
 
 }  // namespace operation

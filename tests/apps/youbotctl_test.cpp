@@ -580,7 +580,7 @@ TEST_F(Youbotctl, NoSettingWeakensWhatProtectsTheHandAndTheArm) {
   config = support::source_dir() + "/apps/youbotd/teleop.toml";
   Process youbotd(daemon());
   ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
-  for (const auto& [key, value] : {std::pair{"arm.torque_limit_Nm", "[1, 1, 1, 1, 14]"},
+  for (const auto& [key, value] : {std::pair{"arm.torque_limit_Nm", "[9.5, 9.5, 6, 2, 14]"},
                                    {"arm.joint_speed_limit_rad_per_s", "9.9"},
                                    {"arm.following_error_rad", "0.9"},
                                    {"arm.setpoint_rad_per_s", "4.9"},

@@ -607,10 +607,9 @@ TEST_F(ArmFileConfig, AnArmThatJoint4CannotHoldAtItsStartIsRefused) {
   arm.p_TP_m.z() = 0.1;
   deliver(arm);
   expect_refused(
-      "lab.toml:2: 'teleoperation.arm.robot_file' names arm/model.toml, whose arm is too heavy: at the "
-      "start, "
-      "arm_joint_4 holds ");
-  expect_refused("; allowed is 1.80, 0.9 of 'teleoperation.arm.torque_limit_Nm'");
+      "lab.toml:2: 'teleoperation.arm.robot_file' names arm/model.toml, whose arm is too heavy: at "
+      "'teleoperation.start.position_m', arm_joint_4 needs ");
+  expect_refused("; its limit of 2 allows 1.80: lighten the load or choose another start");
   EXPECT_EQ(problems(kStrongArm), "");
 }
 
@@ -618,14 +617,10 @@ TEST_F(ArmFileConfig, APayloadGivenByHandIsJudgedLikeThatOfAFile) {
   const auto by_hand = [](const std::string& keys) { return "[teleoperation.arm]\n" + keys; };
   EXPECT_EQ(problems(by_hand("payload_kg = 0.2\n")), "");
   expect_refused(
-      "lab.toml:2: 'teleoperation.arm.payload_kg' makes the arm too heavy: at the start, arm_joint_4 holds ",
+      "lab.toml:2: 'teleoperation.arm.payload_kg' makes the arm too heavy: at "
+      "'teleoperation.start.position_m', arm_joint_4 needs ",
       by_hand("payload_kg = 2\n"));
   EXPECT_EQ(problems(by_hand("payload_kg = 1\ntorque_limit_Nm = [15, 15, 15, 15, 15]\n")), "");
-  // Without a payload, too. Links 4 and 5 weigh 0.769 and 0.687 kg.
-  expect_refused(
-      "lab.toml:2: 'teleoperation.arm.torque_limit_Nm' is too low for the weight of the arm: at the start, "
-      "arm_joint_4 holds ",
-      by_hand("torque_limit_Nm = [9.5, 9.5, 6, 1, 1]\n"));
   deliver(given_);
   const fs::path file = directory_.write("lab.toml", kArm);
   try {
@@ -633,6 +628,35 @@ TEST_F(ArmFileConfig, APayloadGivenByHandIsJudgedLikeThatOfAFile) {
     FAIL();
   } catch (const runtime::ConfigError& error) {
     EXPECT_EQ(std::string(error.what()).find("set: 'teleoperation.arm.torque_limit_Nm' is too low"), 0U)
+        << error.what();
+  }
+}
+
+// Joint 4 alone holds 0.92 N·m at the start.
+TEST_F(ArmFileConfig, ATorqueLimitThatTheArmAloneExceedsIsTheCauseAlsoWithAPayload) {
+  const auto with = [](const std::string& keys) { return "[teleoperation.arm]\n" + keys; };
+  EXPECT_EQ(
+      problems(with("torque_limit_Nm = [9.5, 9.5, 6, 0.5, 1]\n")),
+      "lab.toml:2: 'teleoperation.arm.torque_limit_Nm' is too low: at 'teleoperation.start.position_m', "
+      "arm_joint_4 needs 0.92 N·m to hold the arm, so at least 1.03");
+  EXPECT_EQ(problems(with("torque_limit_Nm = [9.5, 9.5, 6, 1.03, 1]\n")), "");
+  expect_refused("lab.toml:3: 'teleoperation.arm.torque_limit_Nm' is too low: ",
+                 with("payload_kg = 0.02\ntorque_limit_Nm = [9.5, 9.5, 6, 0.5, 1]\n"));
+  expect_refused("lab.toml:2: 'teleoperation.arm.payload_kg' makes the arm too heavy: ",
+                 with("payload_kg = 0.1\ntorque_limit_Nm = [9.5, 9.5, 6, 1.03, 1]\n"));
+}
+
+TEST_F(ArmFileConfig, APostureThatASettingGivesAndTheArmCannotHoldIsRefusedThere) {
+  const fs::path file = directory_.write("lab.toml", "[teleoperation.arm]\npayload_kg = 0.2\n");
+  try {
+    // Stretched forward.
+    (void)load_config(file, {{"teleoperation.start.unfolded_deg", "[169, 155, -146, 102, 167]"}});
+    FAIL();
+  } catch (const runtime::ConfigError& error) {
+    EXPECT_EQ(error.problems().front().find(
+                  "set: 'teleoperation.start.unfolded_deg' leads to a posture that needs too much torque: at "
+                  "'teleoperation.start.unfolded_deg', arm_joint_2 needs "),
+              0U)
         << error.what();
   }
 }

@@ -402,8 +402,8 @@ TEST_F(TeleopConfig, NoSettingWeakensBrakingOrWhatSeesAFault) {
     EXPECT_THROW((void)set(key, weaker), runtime::ConfigError) << key;
     EXPECT_NO_THROW((void)set(key, stricter)) << key;
   }
-  EXPECT_THROW((void)set("teleoperation.arm.payload_kg", "2"), runtime::ConfigError)
-      << "the arm would carry 20 N that are not there";
+  EXPECT_THROW((void)set("teleoperation.arm.payload_kg", "0.2"), runtime::ConfigError)
+      << "the arm would carry 2 N that are not there";
   // With less damping hand, end effector and posture oscillate, with more their sampled velocity injects
   // energy.
   for (const auto& [key, less, more] : std::to_array<std::array<const char*, 3>>(
