@@ -206,6 +206,7 @@ Drive drive(const ImproveOptions& options, const std::string& name, const std::s
 
   operation::Config config = operation::load_config(file);
   config.robot.name = options.robot;
+  config.robot.arm.reset();  // [simulation] robot_file: only the base drives
   if (!moves_a_machine(options)) config.cycle.allow_any_following_error();
   Drive result;
   confirm_it_may_drive(options, name + " model");

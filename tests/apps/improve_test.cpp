@@ -53,6 +53,22 @@ void expect_better(const Improvement& improvement, std::string_view effect) {
             std::string::npos);
 }
 
+TEST_F(Improve, ARobotOnABusIgnoresTheArmFileOfTheSimulation) {
+  const fs::path config =
+      temporary_.write("lab.toml",
+                       "[ethercat]\nkind = \"base+arm\"\n[path]\n[[path.leg]]\nforward_m = 0.1\n"
+                       "[simulation]\nrobot_file = \"" +
+                           support::source_dir() + "/control/youbot_arm.toml\"\n");
+  for (const char* const file : {"new/wheel-1/base.toml", "new/wheel-1/model.toml"})
+    temporary_.write(file, runtime::drive_model_text(runtime::known_wheel_model()));
+  const support::CommandResult driving = support::run_command(
+      support::program("youbot-bench") +
+      " improve --robot ethercat:none0 --wheel 1 --stage drive --yes --allow-non-rt --config " +
+      config.string() + " --out " + directory_.string());
+  EXPECT_EQ(driving.exit_code, 3) << driving.output;
+  EXPECT_TRUE(driving.said("none0")) << driving.output;
+}
+
 TEST_F(Improve, ACoggingIsFoundCompensatedAndDrivenBetter) {
   ASSERT_EQ(model::effects::name_of(runtime::HiddenEffect(8).effect()), "cogging");
   expect_better(chain(8), "cogging");
