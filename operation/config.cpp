@@ -199,11 +199,13 @@ std::optional<model::effects::DriveModel> read_model(TomlTable& table, std::stri
   }
 }
 
-/// Attachments are named after the file that the configuration names, each file once.
+/// Attachments are named after the file that the configuration names, each file once. Through a link, two
+/// files can have one name; both are kept, so that neither is lost without a report.
 void keep(const std::filesystem::path& written, const std::string& text, Models& models) {
   const std::string name = written.lexically_normal().generic_string();
-  if (std::ranges::find(models, name, &Models::value_type::name) == models.end())
-    models.push_back({name, text});
+  const bool is_kept = std::ranges::any_of(
+      models, [&](const auto& model) { return model.name == name && model.text == text; });
+  if (!is_kept) models.push_back({name, text});
 }
 
 void keep(const ArmFile& file, Models& models) {

@@ -36,11 +36,10 @@ NewRecording::NewRecording(const std::filesystem::path& directory, const Recordi
     problems.push_back(std::string("settings.toml: ") + why.what());
   }
   const bool copies = format_ == RecordingFormat::kCsv;
+  std::string outside;
   for (const auto& [name, text] : config.models) {
     if (leads_out(name)) {
-      problems.push_back((copies ? "copy of " : "attachment ") + name +
-                         ": is outside the folder of the configuration; " +
-                         (copies ? "keep it with the recording" : "to repeat the run, put it back there"));
+      (outside += outside.empty() ? "" : ", ") += name;
     } else if (copies) {
       try {
         write(name, text);
@@ -49,6 +48,12 @@ NewRecording::NewRecording(const std::filesystem::path& directory, const Recordi
       }
     }
   }
+  if (!outside.empty())
+    problems.push_back(copies
+                           ? "files outside the configuration's folder are not copied: " + outside +
+                                 "; keep them with the recording"
+                           : "attachments outside the configuration's folder: " + outside +
+                                 "; to repeat the run, extract them to these paths relative to config.toml");
 }
 
 void NewRecording::add(const std::string& name, const std::string& text) {

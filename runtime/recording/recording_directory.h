@@ -32,8 +32,8 @@ class NewRecording {
  public:
   /// Creates the directory if it is missing, copies the configuration into it as `config.toml` and writes
   /// settings, if any, to `settings.toml`, and for CSV the models, under the names by which the configuration
-  /// finds them; never overwrites. Failures are added to `problems`, as is each model outside the folder of
-  /// the configuration, which is not written.
+  /// finds them; never overwrites. Failures are added to `problems`, as are, in one line, the models outside
+  /// the folder of the configuration, which are not written.
   /// @throws hal::SetupError if files cannot be created in the directory.
   NewRecording(const std::filesystem::path& directory, const RecordingConfig& config,
                std::vector<std::string>& problems);

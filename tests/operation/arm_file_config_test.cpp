@@ -6,8 +6,10 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "control/arm_description.h"
@@ -18,6 +20,8 @@
 #include "operation/config.h"
 #include "runtime/configuration/robot_file.h"
 #include "runtime/configuration/toml_reader.h"
+#include "runtime/mcap/mcap_file.h"
+#include "runtime/mcap/mcap_reader.h"
 #include "runtime/recording/recording_directory.h"
 #include "runtime/simulated_arm.h"
 #include "sim/mobile_manipulator.h"
@@ -274,20 +278,36 @@ TEST_F(ArmFileConfig, AModelOutsideOfTheFolderOfTheConfigurationIsReportedNotCop
                                          .models = {{"../arm.toml", "a"}, {"/arm.toml", "b"}},
                                          .format = runtime::RecordingFormat::kCsv},
                                         problems);
-  ASSERT_EQ(problems.size(), 2U);
-  EXPECT_EQ(problems[0],
-            "copy of ../arm.toml: is outside the folder of the configuration; keep it with the recording");
+  EXPECT_EQ(problems, std::vector<std::string>{"files outside the configuration's folder are not copied: "
+                                               "../arm.toml, /arm.toml; keep them with the recording"});
   EXPECT_FALSE(fs::exists(directory_ / "arm.toml"));
 }
 
 TEST_F(ArmFileConfig, AnMcapFileHasAModelOutsideOfTheFolderAndThatIsReported) {
   const fs::path file = directory_.write("lab.toml", "robot = \"loopback\"\n");
   std::vector<std::string> problems;
-  const runtime::NewRecording recording(
-      directory_ / "run", {.file = file, .models = {{"../arm.toml", "a"}, {"arm/in.toml", "b"}}}, problems);
-  EXPECT_EQ(problems, std::vector<std::string>{"attachment ../arm.toml: is outside the folder of the "
-                                               "configuration; to repeat the run, put it back there"});
+  runtime::NewRecording recording(
+      directory_ / "run",
+      {.file = file, .models = {{"../arm.toml", "a"}, {"arm/in.toml", "b"}, {"../youbot.urdf", "c"}}},
+      problems);
+  EXPECT_EQ(problems,
+            std::vector<std::string>{
+                "attachments outside the configuration's folder: ../arm.toml, ../youbot.urdf; to repeat the "
+                "run, extract them to these paths relative to config.toml"});
   EXPECT_FALSE(fs::exists(directory_ / "run/arm/in.toml"));
+  recording.open("base", {}, {{"time_s"}})->close();
+  recording.keep();
+  struct : runtime::mcap::Visitor {
+    std::map<std::string, std::string> texts;
+    bool wants_attachments() const override { return true; }
+    void attachment(const runtime::mcap::Attachment& attachment) override {
+      texts[attachment.name] = attachment.data;
+    }
+  } attachments;
+  runtime::mcap::read_mcap(runtime::mcap::read_file(directory_ / "run/base.mcap"), "base.mcap", attachments);
+  EXPECT_EQ(attachments.texts["../arm.toml"], "a");
+  EXPECT_EQ(attachments.texts["arm/in.toml"], "b");
+  EXPECT_EQ(attachments.texts["../youbot.urdf"], "c");
 }
 
 TEST_F(ArmFileConfig, AFileThatIsNamedInTwoWaysIsKeptOnce) {
@@ -298,6 +318,27 @@ TEST_F(ArmFileConfig, AFileThatIsNamedInTwoWaysIsKeptOnce) {
   ASSERT_EQ(config.models.size(), 2U);
   EXPECT_EQ(config.models[0].name, "arm/model.toml");
   EXPECT_EQ(config.models[1].name, "arm/youbot.urdf");
+}
+
+TEST_F(ArmFileConfig, TwoFilesThatALinkGivesOneNameAreBothKeptAndTheSecondIsReported) {
+  fs::create_directories(directory_ / "real/sub");
+  fs::create_directory_symlink("real/sub", directory_ / "link");
+  for (const auto& [name, arm] : {std::pair{"a.toml", given_}, {"real/a.toml", another_arm()}}) {
+    deliver(arm);
+    directory_.write(name, delivered());
+  }
+  for (const char* name : {"youbot.urdf", "real/youbot.urdf"})
+    directory_.write(name, std::string(control::youbot_urdf()));
+  const Config config = load(
+      "[ethercat]\nkind = \"base+arm\"\n[simulation]\nrobot_file = \"link/../a.toml\"\n"
+      "[teleoperation.arm]\nrobot_file = \"a.toml\"\n");
+  EXPECT_EQ(std::ranges::count(config.models, "a.toml", &runtime::RecordingFile::Attachment::name), 2);
+  std::vector<std::string> problems;
+  const runtime::NewRecording recording(
+      directory_ / "run",
+      {.file = directory_ / "lab.toml", .models = config.models, .format = runtime::RecordingFormat::kCsv},
+      problems);
+  EXPECT_EQ(problems, std::vector<std::string>{"copy of a.toml: is there already"});
 }
 
 TEST_F(ArmFileConfig, AnotherSimulatedArmNeedsARestart) {
