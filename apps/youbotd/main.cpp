@@ -88,10 +88,15 @@ operation::Config configuration(const Arguments& arguments,
   operation::Config config = operation::load_config(arguments.session.config_file, settings);
   // What the command line gives has no counterpart in the file that could have changed.
   if (!arguments.robot.empty()) {
+    runtime::check_robot_name(arguments.robot);
     config.robot.name = arguments.robot;
     config.opened_once["robot"].clear();
   }
-  runtime::check_robot(config.robot);
+  try {
+    runtime::check_robot(config.robot);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(arguments.session.config_file.string() + ": " + error.what());
+  }
   if (!arguments.haptic.empty()) {
     if (config.role == runtime::Role::kRobot)
       throw std::invalid_argument(

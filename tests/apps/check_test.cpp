@@ -304,7 +304,8 @@ TEST(CheckCommand, ASimulatedArmIsReportedAndNeedsTheRobotOfTheCommandLine) {
       << simulated.output;
   const support::CommandResult real = support::run_command(check);
   EXPECT_EQ(real.exit_code, 2) << real.output;
-  EXPECT_TRUE(real.said("'simulation.robot_file' is for the robots loopback and wire")) << real.output;
+  EXPECT_TRUE(real.said(config + ": 'simulation.robot_file' is for the robots loopback and wire"))
+      << real.output;
 }
 
 TEST(CheckCommand, AConfigurationThatNoRunAcceptsIsAUsageError) {
