@@ -103,7 +103,8 @@ bool is_setting(std::string_view key) {
 std::string_view remedy_on_robot(std::string_view key) {
   if (key == "encoder_zero_rad") return "correct the zero of the joint";
   if (key == "spring_Nm_per_rad") return "remove the spring";
-  if (key == "cable_2_Nm_per_rad2" || key == "cable_3_Nm_per_rad3") return "free the cable that pulls at it";
+  if (key == "cable_2_Nm_per_rad2" || key == "cable_3_Nm_per_rad3")
+    return "free the cable that pulls at this joint";
   return "";
 }
 
@@ -131,11 +132,12 @@ void check_drive(const ArmDrive& drive, std::size_t joint, Misfits& misfits) {
                          drive.joint, value_kg_m2 == 0 ? "zero or missing" : fmt::format("{:g}", value_kg_m2),
                          least_kg_m2, most_kg_m2));
   };
-  const auto has_no_place = [&](std::string_view key) {
+  const auto refuse_effect = [&](std::string_view key) {
     const std::string_view remedy = remedy_on_robot(key);
     refuse(key, fmt::format("of {} is an effect that control has no model of{}", drive.joint,
-                            remedy.empty() ? ", so it cannot use this file"
-                                           : fmt::format(": {} on the robot and measure again", remedy)));
+                            remedy.empty() ? "; without a robot file, [teleoperation.arm] takes coulomb_Nm, "
+                                             "viscous_Nm_s_per_rad and payload_kg"
+                                           : fmt::format(": on the robot, {}, and measure again", remedy)));
   };
   for (const DriveKey& key : drive_keys()) {
     const double value = drive.*(key.member);
@@ -144,11 +146,11 @@ void check_drive(const ArmDrive& drive, std::size_t joint, Misfits& misfits) {
     else if (key.member == &ArmDrive::rotor_inertia_kg_m2)
       check_rotor(key.key, value);
     else if (!is_setting(key.key) && value != ArmDrive{}.*(key.member))
-      has_no_place(key.key);
+      refuse_effect(key.key);
   }
   if (std::ranges::any_of(drive.ripples,
                           [](const ArmDrive::Ripple& one) { return one.sine_Nm != 0 || one.cosine_Nm != 0; }))
-    has_no_place("ripple");
+    refuse_effect("ripple");
 }
 
 double largest_moment_kg_m2(const control::LinkInertia& body) {

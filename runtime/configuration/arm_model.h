@@ -33,8 +33,8 @@ inline constexpr double kMaxJointFriction = 10;
 /// The file's geometry must be that of control/youbot.urdf, because all else here relies on that. Columns,
 /// gear ratios and the band are about recordings and make no difference.
 /// @throws ConfigError with all problems, each with file, line and key: also for each effect in the file that
-/// our model has no place for, because half of a model compensates worse than none, and for each value that
-/// is not near that of a youBot.
+/// control has no model of, because half of a model compensates worse than none, and for each value that is
+/// not near that of a youBot.
 ArmModelFile read_arm_model(const std::filesystem::path& path);
 
 /// What the model changes, for people: what differs of each link, payload, friction, rotors, scaled columns.

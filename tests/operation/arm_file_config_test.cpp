@@ -519,7 +519,7 @@ TEST_F(ArmFileConfig, ASimulatedArmWithoutWeightIsRefusedAFile) {
   EXPECT_EQ(problems("robot = \"ethercat:eth0\"\n" + simulated + "[ethercat]\nkind = \"base+arm\"\n"), "");
 }
 
-TEST_F(ArmFileConfig, AnEffectWithoutAPlaceIsRefusedByNameWithItsLine) {
+TEST_F(ArmFileConfig, AnEffectThatControlHasNoModelOfIsRefusedByNameWithItsLine) {
   deliver(given_);
   const std::string good = delivered();
   const auto drive = good.find("joint = \"arm_joint_2\"\n");
@@ -548,8 +548,8 @@ TEST_F(ArmFileConfig, AnEffectWithoutAPlaceIsRefusedByNameWithItsLine) {
   const auto next = good.find("\n[[drive]]\njoint = \"arm_joint_3\"");
   write(ripple.insert(next, "[[drive.ripple]]\nperiods_per_rev = 12\nsine_Nm = 0.1\n"));
   expect_refused(
-      "'drive[1].ripple' of arm_joint_2 is an effect that control has no model of, so it cannot use this "
-      "file");
+      "'drive[1].ripple' of arm_joint_2 is an effect that control has no model of; without a robot file, "
+      "[teleoperation.arm] takes coulomb_Nm, viscous_Nm_s_per_rad and payload_kg");
 }
 
 TEST_F(ArmFileConfig, WhatCausesARefusedEffectIsRemovedOnTheRobotIfItCanBe) {
@@ -559,12 +559,13 @@ TEST_F(ArmFileConfig, WhatCausesARefusedEffectIsRemovedOnTheRobotIfItCanBe) {
     deliver(arm);
     expect_refused("' of arm_joint_2 is an effect that control has no model of" + message);
   };
-  refused(&ArmDrive::encoder_zero_rad, ": correct the zero of the joint on the robot and measure again");
-  refused(&ArmDrive::spring_Nm_per_rad, ": remove the spring on the robot and measure again");
-  refused(&ArmDrive::cable_3_Nm_per_rad3, ": free the cable that pulls at it on the robot and measure again");
+  refused(&ArmDrive::encoder_zero_rad, ": on the robot, correct the zero of the joint, and measure again");
+  refused(&ArmDrive::spring_Nm_per_rad, ": on the robot, remove the spring, and measure again");
+  refused(&ArmDrive::cable_3_Nm_per_rad3,
+          ": on the robot, free the cable that pulls at this joint, and measure again");
   for (double ArmDrive::*key : {&ArmDrive::load_friction, &ArmDrive::stribeck_Nm,
                                 &ArmDrive::compliance_rad_per_Nm, &ArmDrive::torque_scale})
-    refused(key, ", so it cannot use this file");
+    refused(key, "; without a robot file, [teleoperation.arm] takes coulomb_Nm, viscous_Nm_s_per_rad");
 }
 
 TEST_F(ArmFileConfig, ATiltedBaseAnotherGeometryAndAnotherRobotAreRefused) {
