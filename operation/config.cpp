@@ -441,8 +441,8 @@ std::vector<std::string> arm_lines(const Config& config) {
          .friction = robot.arm_friction,
          .rotor_inertia_kg_m2 = robot.rotor_inertia_kg_m2,
          .scaled_columns = config.arm_file->model.scaled_columns});
-  if (config.simulated_arm_file && config.robot.arm)
-    add("simulated arm", *config.simulated_arm_file, *config.robot.arm);
+  if (config.simulated_arm_file)
+    add("simulated arm", *config.simulated_arm_file, config.simulated_arm_file->model);
   return lines;
 }
 

@@ -56,7 +56,7 @@ inline constexpr double kWheelSpeedShare = 0.95;
 std::optional<control::PlanarPose> first_outside(const control::BasePath::Plan& plan,
                                                  const Eigen::AlignedBox2d& base_W_m);
 
-/// For people: each robot file of the configuration, with the model that control or the simulated arm uses.
+/// Each robot file of the configuration, with the model that control or the simulated arm uses.
 std::vector<std::string> arm_lines(const Config& config);
 
 /// Every key is optional; apps/youbotd/demo.toml and teleop.toml show all of them. `settings`, keys with
