@@ -124,12 +124,11 @@ void read_effect(TomlTable& table, std::vector<AnyEffect>& effects) {
       if (effect.name == type)
         return read_parameters(table, effect, family == &model::effects::friction_law_effects, effects);
   const std::string problem = !type.empty()       ? fmt::format("is '{}'", type)
-                              : table.has("type") ? ""  // no text, which is reported
+                              : table.has("type") ? "names no effect"
                                                   : "is missing";
-  if (!problem.empty())
-    table.refuse("type", fmt::format("{}; there are {}, {} and the friction laws {}", problem,
-                                     names(model::effects::effect_descriptions()), Empirical::kName,
-                                     names(model::effects::friction_law_effects())));
+  table.refuse("type", fmt::format("{}; there are {}, {} and the friction laws {}", problem,
+                                   names(model::effects::effect_descriptions()), Empirical::kName,
+                                   names(model::effects::friction_law_effects())));
   table.ignore_rest();
 }
 

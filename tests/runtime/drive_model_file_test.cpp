@@ -243,6 +243,9 @@ TEST_F(DriveModelFile, WhatIsWrongIsNamedWithItsLine) {
   ASSERT_EQ(no_type.size(), 1U) << "no key can be judged without the type";
   EXPECT_TRUE(no_type[0].starts_with(":4: 'effect[0].type' is missing; there are coulomb, viscous"))
       << no_type[0];
+  const auto empty_type = problems(std::string(kHead) + "[[effect]]\ntype = \"\"\n");
+  ASSERT_EQ(empty_type.size(), 1U);
+  EXPECT_TRUE(empty_type[0].starts_with(":5: 'effect[0].type' names no effect; there are")) << empty_type[0];
   const auto key =
       problems(std::string(kHead) + "[[effect]]\ntype = \"coulomb\"\ntorque_Nm = 0.1\ntorque = 1.0\n");
   ASSERT_EQ(key.size(), 1U);
