@@ -26,9 +26,10 @@ constexpr double kTopQuantile = 0.95;
 /// turn unevenly, a base that goes straight on turns slowly to and fro.
 constexpr double kSignOfTop = 0.02;
 constexpr double kSignOfNoise = 2;
-/// A direction whose top speed is below so many standard deviations of its noise is not determined: the top
-/// of noise alone is two.
-constexpr double kSeenOfNoise = 3;
+/// A direction is determined if the base moves faster along it than so many standard deviations of its noise
+constexpr double kSeenOfNoise = 4;
+/// for more than this share of the time: of noise alone, less than a tenth of a thousandth is as fast.
+constexpr double kSeenShare = 0.01;
 /// Twist that rounding of the wheels' angles leaves [m/s, rad/s].
 constexpr double kRoundedTwist = 1e-9;
 constexpr double kOverlap = 0.5;
@@ -299,12 +300,18 @@ RestSpeeds rest_speeds(std::span<const BaseMotion> motions, const BaseDescriptio
     rest.wheel_rad_per_s[static_cast<Eigen::Index>(w)] =
         kRestOfTop * fit::quantile(std::move(speeds[w]), kTopQuantile);
   for (std::size_t i = 0; i < 3; ++i) {
-    const double top = fit::quantile(std::move(twists[i]), kTopQuantile);
     const double sigma = fit::robust_sigma(std::move(noise[i]));
+    const auto count = static_cast<double>(twists[i].size());
+    std::erase_if(twists[i], [least = std::max(kRoundedTwist, kSeenOfNoise * sigma)](double speed) {
+      return !(speed > least);
+    });
+    if (static_cast<double>(twists[i].size()) <= kSeenShare * count) {
+      rest.twist[static_cast<Eigen::Index>(i)] = std::numeric_limits<double>::infinity();
+      continue;
+    }
+    const double top = fit::quantile(std::move(twists[i]), kTopQuantile);
     rest.twist[static_cast<Eigen::Index>(i)] =
-        top > std::max(kRoundedTwist, kSeenOfNoise * sigma)
-            ? std::clamp(kSignOfNoise * sigma, kSignOfTop * top, kRestOfTop * top)
-            : std::numeric_limits<double>::infinity();
+        std::clamp(kSignOfNoise * sigma, kSignOfTop * top, kRestOfTop * top);
   }
   return rest;
 }

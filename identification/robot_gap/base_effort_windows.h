@@ -61,7 +61,7 @@ struct RestSpeeds {
   Eigen::VectorXd wheel_rad_per_s;
   /// Below which the sign of a direction is smoothed; infinite, which leaves no sign, if its motion is noise.
   control::PlanarVector twist;
-  double smooth_s = 0;  ///< kSmoothedRows
+  double smooth_s = 0;  ///< time of kSmoothedRows rows
 };
 RestSpeeds rest_speeds(std::span<const BaseMotion> motions, const control::BaseDescription& base,
                        double smooth_s);

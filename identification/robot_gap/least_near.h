@@ -8,7 +8,7 @@ namespace identification::robot_gap {
 struct SearchRange {
   double lower;
   double upper;
-  double step;  ///< at most half of it is left between the start and the least
+  double step;  ///< the least is at most this far from the start; the first trial is half of it
 };
 
 /// From `start`, which is within the range: in halved steps, then by a parabola.

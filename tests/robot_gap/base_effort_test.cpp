@@ -96,6 +96,25 @@ TEST(RestSpeeds, NoiseRaisesThemToAtMostAStandstill) {
   EXPECT_NEAR(turning_rest(0.6), 0.05 * 0.6, 0.02 * 0.03);
 }
 
+TEST(RestSpeeds, AFewSecondsOfMotionAreADirection) {
+  // One period of 20 s in 600 s: a thirtieth of the rows.
+  BaseMotion motion = turning_in_noise(4);
+  BaseRun& run = motion.runs[0];
+  const Eigen::Vector2d turned(-1, 1);
+  Eigen::MatrixXd angle_rad(2, 12000);
+  for (Eigen::Index i = 0; i < angle_rad.cols(); ++i) {
+    const double t_s = 0.05 * static_cast<double>(i);
+    if (i >= 2000) run.time_s.push_back(t_s);
+    const double turned_rad =
+        i < 400 ? 4 * (1 - std::cos(0.1 * std::numbers::pi * t_s)) / (0.1 * std::numbers::pi) : 0;
+    angle_rad.col(i) = Eigen::Vector2d(10 * t_s, 10 * t_s) + 4 * turned_rad * turned;
+    angle_rad(0, i) += 0.03 * std::sin(static_cast<double>(7919 * i * i % 10007));
+  }
+  run.angle_rad = angle_rad;
+  EXPECT_NEAR(identification::robot_gap::rest_speeds({&motion, 1}, ten_kilograms(), 0.15).twist[2], 0.02 * 4,
+              0.02 * 0.02 * 4);
+}
+
 TEST(RestSpeeds, NoiseHasNoDirection) { EXPECT_EQ(turning_rest(0), std::numeric_limits<double>::infinity()); }
 
 TEST(BaseForces, TorquesOverTheRadiusAccelerateTheMassAndTheWheels) {
