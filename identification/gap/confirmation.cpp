@@ -20,7 +20,7 @@ constexpr double kMinSteps = 2;
 constexpr double kAboveNoise = 1.5;
 /// Minimum share of the squared held-out residual that an effect must remove,
 constexpr double kWorthwhileGain = 0.02;
-/// and of its part above the noise if the effect's size may be zero,
+/// and of its part above the noise if it is an elasticity or a backlash whose size may be zero,
 constexpr double kMuch = 0.3;
 /// or if twice its interval contains zero: what is not in the model leans on whatever resembles it.
 constexpr double kSome = 0.2;

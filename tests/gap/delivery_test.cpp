@@ -129,6 +129,32 @@ TEST(Delivery, WhatHeldOnlyInTheSearchedRecordingIsNotDelivered) {
   }));
 }
 
+/// The Coulomb friction wanders with a time constant of 15 s, each time otherwise. Of these walks a thermal
+/// drift removes a third of the residual or more.
+TEST(Delivery, NoEffectIsNamedWhoseSizesMayAllBeZero) {
+  for (const unsigned seed : {16, 19, 22, 26}) {
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> step(0, 0.03 * std::sqrt(2 * kPeriod_s / 15));
+    double wander_Nm = 0;
+    const auto wanders = [&](double, double v) {
+      wander_Nm += step(random) - wander_Nm * kPeriod_s / 15;
+      return std::copysign(wander_Nm, v);
+    };
+    const auto motion = [](double t) -> Motion {
+      return {3 * std::sin(0.7 * t) + 1.5 * std::sin(1.9 * t),
+              2.1 * std::cos(0.7 * t) + 2.85 * std::cos(1.9 * t)};
+    };
+    model::effects::DriveModel model = given();
+    model.effects.pop_back();
+    const Result result = analyse(model, {recorded("a.csv", seed, 30000, motion, wanders)}, {});
+    for (const auto& effect : result.effects)
+      EXPECT_TRUE(std::ranges::any_of(
+          effect.parameters,
+          [&](const auto& p) { return p.name != "time_constant_s" && (p.lower > 0 || p.upper < 0); }))
+          << model::effects::name_of(effect.effect) << " of seed " << seed;
+  }
+}
+
 /// Recordings that only know fast motion neither confirm a Stribeck curve nor refute it: whether it takes
 /// away or adds a ten-thousandth of their residual is chance, whichever noise they have.
 TEST(Delivery, WhatHeldOutRecordingsCannotShowStays) {
