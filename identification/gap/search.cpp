@@ -520,7 +520,7 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
       if (!p_of.contains(outcome.effect)) p_of[outcome.effect] = round.p_value(outcome, options);
       return p_of[outcome.effect] > round.allowed_chance(outcome.effect, options);
     };
-    // What gains most by chance is no rival of a plain friction that does not.
+    // An effect whose gain is chance does not compete with plain friction whose gain is not.
     std::vector<Round::Outcome> contestants;
     if (worth && !is_chance(outcomes.front())) {
       contestants = outcomes;
