@@ -25,7 +25,9 @@ struct Judged {
 
 /// Removes, the latest first, and refits the rest:
 /// - an effect that hardly improves the prediction of held-out recordings;
-/// - an effect whose size may be zero, if most of the residual is left even with it: a cause outside the
+/// - an effect whose sizes may all be zero; an elasticity or a backlash only if most of the residual is left
+///   even with it, and a further harmonic of a confirmed cogging never;
+/// - an effect whose size is uncertain, if most of the residual is left even with it: a cause outside the
 ///   library makes many effects slightly useful;
 /// - an inertia that differs between driving and braking, or between small and large torques;
 /// - a static torque below the Coulomb friction;

@@ -129,9 +129,9 @@ TEST(Delivery, WhatHeldOnlyInTheSearchedRecordingIsNotDelivered) {
   }));
 }
 
-/// The Coulomb friction wanders with a time constant of 15 s, each time otherwise. Of these walks a thermal
-/// drift removes a third of the residual or more.
-TEST(Delivery, NoEffectIsNamedWhoseSizesMayAllBeZero) {
+/// The Coulomb friction rises by the magnitude of a random walk with a time constant of 15 s. A thermal drift
+/// removes a third of the residual of each of these walks, or more.
+TEST(Delivery, NoThermalDriftIsNamedWhoseSizesMayBothBeZero) {
   for (const unsigned seed : {16, 19, 22, 26}) {
     std::mt19937_64 random(seed);
     std::normal_distribution<double> step(0, 0.03 * std::sqrt(2 * kPeriod_s / 15));
