@@ -108,12 +108,12 @@ HapticActivation::~HapticActivation() {
 }
 
 std::vector<std::string> enter_real_time(RealTimeThread& thread, const RealTimeConfig& config,
-                                         bool allow_non_real_time) {
+                                         bool allow_non_real_time, const std::string& program) {
   std::vector<std::string> refused = thread.enter(config);
   if (refused.empty() || allow_non_real_time) return refused;
   std::string all;
   for (const std::string& problem : refused) all += "\n  " + problem;
-  throw hal::SetupError("youbotd", "become real-time",
+  throw hal::SetupError(program, "become real-time",
                         "or run with --allow-non-rt on a robot that cannot move anybody:" + all);
 }
 

@@ -43,9 +43,10 @@ class HapticActivation {
   hal::HapticDevice& device_;
 };
 
-/// Returns what the system refuses. @throws hal::SetupError with all of it, unless that is allowed.
+/// Returns what the system refuses. @throws hal::SetupError with all of it, in the name of `program`, unless
+/// that is allowed.
 std::vector<std::string> enter_real_time(RealTimeThread& thread, const RealTimeConfig& config,
-                                         bool allow_non_real_time);
+                                         bool allow_non_real_time, const std::string& program = "youbotd");
 
 /// Writes the fault report next to the recording if there is one. If that fails, or without a recording, it
 /// goes to youbotd-faults-USER in the directory for temporary files, a folder of this user in which the

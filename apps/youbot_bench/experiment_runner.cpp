@@ -14,7 +14,6 @@
 #include "apps/youbot_bench/experiment_task.h"
 #include "apps/youbot_bench/progress.h"
 #include "hal/seconds.h"
-#include "hal/setup_error.h"
 #include "identification/experiments/low_pass.h"
 #include "identification/experiments/parameter.h"
 #include "identification/experiments/rehearsal.h"
@@ -90,16 +89,6 @@ void require_memory_shorter_than(double settle_s, double cutoff_rad_per_s) {
                                 identification::experiments::number_text(settle_s) +
                                 " s are waited before a measurement: raise --settle, --rest or "
                                 "--filter-cutoff");
-}
-
-void require_real_time(runtime::RealTimeThread& thread, const ExperimentOptions& options,
-                       ExperimentOutcome& outcome) {
-  outcome.not_real_time = thread.enter(options.real_time);
-  if (outcome.not_real_time.empty() || options.allow_non_real_time) return;
-  std::string all;
-  for (const std::string& problem : outcome.not_real_time) all += "\n  " + problem;
-  throw hal::SetupError("youbot-bench", "become real-time",
-                        "or run with --allow-non-rt on a robot that cannot move anybody:" + all);
 }
 
 /// Writes the last frames on the bus next to the recording, under a unique name.
@@ -190,7 +179,9 @@ ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOpt
     const runtime::RobotActivation activation(robot);
     runtime::RealTimeThread
         real_time;  // entered last, when everything is allocated and all other threads run
-    if (!options.virtual_time) require_real_time(real_time, options, outcome);
+    if (!options.virtual_time)
+      outcome.not_real_time =
+          runtime::enter_real_time(real_time, options.real_time, options.allow_non_real_time, "youbot-bench");
     runtime::run_loop(
         clock, options.period, cycle,
         [&](nanoseconds /*elapsed*/) noexcept {
