@@ -1,5 +1,6 @@
 #include "runtime/recording/recording_directory.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <system_error>
 
@@ -37,7 +38,8 @@ NewRecording::NewRecording(const std::filesystem::path& directory, const Recordi
   }
   const bool copies = format_ == RecordingFormat::kCsv;
   std::string outside;
-  for (const auto& [name, text] : config.models) {
+  for (const RecordingFile::Attachment& model : config.models) {
+    const auto& [name, text] = model;
     if (leads_out(name)) {
       (outside += outside.empty() ? "" : ", ") += name;
     } else if (copies) {
@@ -46,6 +48,8 @@ NewRecording::NewRecording(const std::filesystem::path& directory, const Recordi
       } catch (const std::runtime_error& why) {
         problems.push_back("copy of " + name + ": " + why.what());
       }
+    } else if (&*std::ranges::find(config.models, name, &RecordingFile::Attachment::name) != &model) {
+      problems.push_back("attachment " + name + ": another file of the configuration has the same name");
     }
   }
   if (!outside.empty())

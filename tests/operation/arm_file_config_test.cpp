@@ -333,12 +333,18 @@ TEST_F(ArmFileConfig, TwoFilesThatALinkGivesOneNameAreBothKeptAndTheSecondIsRepo
       "[ethercat]\nkind = \"base+arm\"\n[simulation]\nrobot_file = \"link/../a.toml\"\n"
       "[teleoperation.arm]\nrobot_file = \"a.toml\"\n");
   EXPECT_EQ(std::ranges::count(config.models, "a.toml", &runtime::RecordingFile::Attachment::name), 2);
-  std::vector<std::string> problems;
-  const runtime::NewRecording recording(
-      directory_ / "run",
-      {.file = directory_ / "lab.toml", .models = config.models, .format = runtime::RecordingFormat::kCsv},
-      problems);
-  EXPECT_EQ(problems, std::vector<std::string>{"copy of a.toml: is there already"});
+  const auto problems_as = [&](runtime::RecordingFormat format, const char* folder) {
+    std::vector<std::string> problems;
+    const runtime::NewRecording recording(
+        directory_ / folder, {.file = directory_ / "lab.toml", .models = config.models, .format = format},
+        problems);
+    return problems;
+  };
+  EXPECT_EQ(problems_as(runtime::RecordingFormat::kCsv, "csv"),
+            std::vector<std::string>{"copy of a.toml: is there already"});
+  EXPECT_EQ(
+      problems_as(runtime::RecordingFormat::kMcap, "mcap"),
+      std::vector<std::string>{"attachment a.toml: another file of the configuration has the same name"});
 }
 
 TEST_F(ArmFileConfig, AnotherSimulatedArmNeedsARestart) {
