@@ -234,12 +234,20 @@ void read_wheel_models(TomlTable& table, const std::filesystem::path& folder, do
     const auto model = read_model(table, kKey, folder, name);
     if (!model) continue;
     keep(name, runtime::drive_model_text(*model), models);
-    if (const std::string why = runtime::driving_friction(*model, top_speed_rad_per_s); !why.empty())
+    const auto refuse = [&](const std::string& why) {
       table.refuse(kKey,
                    "names a drive model that cannot be compensated up to 'limits.wheel_speed_rad_per_s': " +
                        (folder / name).string() + ": " + why);
-    else
+    };
+    if (const std::string why = runtime::driving_friction(*model, top_speed_rad_per_s); !why.empty()) {
+      refuse(why);
+      continue;
+    }
+    try {
       wheels.push_back(model::effects::resistance_of(*model));
+    } catch (const std::invalid_argument& error) {
+      refuse(error.what());
+    }
   }
   if (wheels.size() == 4) controller.wheels = {wheels[0], wheels[1], wheels[2], wheels[3]};
 }

@@ -144,7 +144,11 @@ model::friction::SlidingTable compensated_friction(const std::string& compensato
   if (const std::string why = runtime::driving_friction(model, model::effects::kUsualTopSpeed_rad_per_s);
       !why.empty())
     throw std::invalid_argument("--compensator: " + compensator + ": " + why);
-  return model::effects::resistance_of(model).sliding;
+  try {
+    return model::effects::resistance_of(model).sliding;
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument("--compensator: " + compensator + ": " + error.what());
+  }
 }
 
 /// Relative to the curve measured on this wheel. The observer blends from rest on.

@@ -91,6 +91,45 @@ class TorqueLag : public WithParameters<TorqueLag, TorqueLagParameters> {
   }
 };
 
+struct ActuatorGainParameters {
+  double gain = 1.1;
+};
+
+/// The actuator delivers a multiple of the command: a wrong torque constant or gear ratio in the drive, or in
+/// the program that recorded the command.
+class ActuatorGain : public WithParameters<ActuatorGain, ActuatorGainParameters> {
+ public:
+  static constexpr std::string_view kName = "actuator_gain";
+  static constexpr std::string_view kShows = "measured torque is the command times one factor";
+  static constexpr auto kParameters = std::to_array<ParameterInfo<ActuatorGainParameters>>(
+      {{"gain", member<&ActuatorGainParameters::gain>, 1e-3, 1e3}});
+  using WithParameters::WithParameters;
+
+  double deliver(ActuatorMemory& /*memory*/, double torque_Nm, double /*interval_s*/) const noexcept {
+    return parameters_.gain * torque_Nm;
+  }
+};
+
+struct ActuatorOffsetParameters {
+  double torque_Nm = 0.02;
+};
+
+/// The actuator delivers the same torque beyond every command: the current sensor of its own loop has an
+/// offset.
+class ActuatorOffset : public WithParameters<ActuatorOffset, ActuatorOffsetParameters> {
+ public:
+  static constexpr std::string_view kName = "actuator_offset";
+  static constexpr std::string_view kShows =
+      "measured torque differs from the command by one value, and the joint moves by the measured torque";
+  static constexpr auto kParameters = std::to_array<ParameterInfo<ActuatorOffsetParameters>>(
+      {{"torque_Nm", member<&ActuatorOffsetParameters::torque_Nm>, -kMaxTorque_Nm, kMaxTorque_Nm}});
+  using WithParameters::WithParameters;
+
+  double deliver(ActuatorMemory& /*memory*/, double torque_Nm, double /*interval_s*/) const noexcept {
+    return torque_Nm + parameters_.torque_Nm;
+  }
+};
+
 struct UnsignedCurrentParameters {};
 
 /// A current sensor that reports magnitude only.
@@ -103,6 +142,23 @@ class UnsignedCurrent : public WithParameters<UnsignedCurrent, UnsignedCurrentPa
   using WithParameters::WithParameters;
 
   double report_Nm(double torque_Nm) const noexcept { return std::abs(torque_Nm); }
+};
+
+struct TorqueSensorOffsetParameters {
+  double torque_Nm = 0.02;
+};
+
+/// A torque or current sensor that reports the same torque beyond the true one.
+class TorqueSensorOffset : public WithParameters<TorqueSensorOffset, TorqueSensorOffsetParameters> {
+ public:
+  static constexpr std::string_view kName = "torque_sensor_offset";
+  static constexpr std::string_view kShows =
+      "measured torque differs from the command by one value, and the joint moves by the command";
+  static constexpr auto kParameters = std::to_array<ParameterInfo<TorqueSensorOffsetParameters>>(
+      {{"torque_Nm", member<&TorqueSensorOffsetParameters::torque_Nm>, -kMaxTorque_Nm, kMaxTorque_Nm}});
+  using WithParameters::WithParameters;
+
+  double report_Nm(double torque_Nm) const noexcept { return torque_Nm + parameters_.torque_Nm; }
 };
 
 }  // namespace model::effects

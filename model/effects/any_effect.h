@@ -26,8 +26,9 @@ struct EffectList {
 };
 using Effects = EffectList<Coulomb, Viscous, Stribeck, DirectionAsymmetry, MidspeedDip, QuadraticDrag,
                            LoadFriction, ThermalDrift, PositionFriction, Presliding, Cogging, Imbalance,
-                           Inertia, Backlash, Elasticity, TorqueOffset, TorqueDeadband, TorqueSaturation,
-                           TorqueLag, TransportDelay, UnsignedCurrent, TorqueRipple, EncoderEccentricity>;
+                           Spring, Inertia, Backlash, Elasticity, TorqueOffset, TorqueDeadband,
+                           TorqueSaturation, TorqueLag, TransportDelay, UnsignedCurrent, TorqueRipple,
+                           EncoderEccentricity, ActuatorGain, ActuatorOffset, TorqueSensorOffset>;
 /// An effect of one of the library's types, a friction law, one that the program has added, or one without a
 /// name, which is described, but not listed: no name and no numbers make it.
 using AnyEffect = Effects::Any;

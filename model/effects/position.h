@@ -12,7 +12,7 @@ struct TorqueOffsetParameters {
   double torque_Nm = 0.005;  ///< positive against positive motion
 };
 
-/// A constant torque on the joint: a weight on a drum, a preloaded spring, an offset of the current sensor.
+/// A constant torque on the joint: a weight on a drum, a preloaded spring.
 class TorqueOffset : public WithParameters<TorqueOffset, TorqueOffsetParameters> {
  public:
   static constexpr std::string_view kName = "torque_offset";
@@ -44,6 +44,27 @@ class Imbalance : public WithParameters<Imbalance, ImbalanceParameters> {
 
   double load_Nm(double position_rad) const noexcept {
     return parameters_.torque_Nm * std::sin(position_rad - parameters_.rest_position_rad);
+  }
+};
+
+struct SpringParameters {
+  double stiffness_Nm_per_rad = 0.1;  ///< k
+  double rest_position_rad = 0;       ///< θ0
+};
+
+/// A spring between the joint and the frame: one that returns the joint or carries a weight, a bent cable.
+/// k·(θ − θ0): pulls back to θ0.
+class Spring : public WithParameters<Spring, SpringParameters> {
+ public:
+  static constexpr std::string_view kName = "spring";
+  static constexpr std::string_view kShows = "torque in proportion to the distance from one position";
+  static constexpr auto kParameters = std::to_array<ParameterInfo<SpringParameters>>(
+      {{"stiffness_Nm_per_rad", member<&SpringParameters::stiffness_Nm_per_rad>, 0, 1e6},
+       {"rest_position_rad", member<&SpringParameters::rest_position_rad>, -1e4, 1e4}});
+  using WithParameters::WithParameters;
+
+  double load_Nm(double position_rad) const noexcept {
+    return parameters_.stiffness_Nm_per_rad * (position_rad - parameters_.rest_position_rad);
   }
 };
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 #include <type_traits>
 #include <variant>
 
@@ -18,6 +20,8 @@ void add(model::PositionTorque& torque, const Imbalance& imbalance) {
   const ImbalanceParameters& p = imbalance.parameters();
   torque.harmonics.push_back({p.torque_Nm, 1, -p.rest_position_rad});
 }
+/// Assistance that grows with position drives the joint away if the stiffness is too large.
+void add(model::PositionTorque& /*torque*/, const Spring& /*spring*/) {}
 void add(model::PositionTorque& torque, const Cogging& cogging) {
   const CoggingParameters& p = cogging.parameters();
   torque.harmonics.push_back({p.amplitude_Nm, p.periods_per_rev, p.phase_rad});
@@ -46,6 +50,14 @@ model::JointResistance resistance_of(const DriveModel& model) {
         [&resistance](const auto& effect) {
           using E = std::decay_t<decltype(effect)>;
           if constexpr (ActsOnPosition<E>) add(resistance.position, effect);
+          if constexpr (std::is_same_v<E, ActuatorGain>)
+            if (effect.parameters().gain != 1)
+              throw std::invalid_argument(
+                  "actuator_gain is " + std::to_string(effect.parameters().gain) +
+                  ": correct the torque constant of the drive by this factor and remove "
+                  "the effect; compensation would be wrong by as much");
+          if constexpr (std::is_same_v<E, ActuatorOffset>)
+            resistance.position.constant_Nm -= effect.parameters().torque_Nm;
           if constexpr (std::is_same_v<E, TorqueDeadband>)
             resistance.least_torque_Nm =
                 std::max(resistance.least_torque_Nm, effect.parameters().threshold_Nm);

@@ -16,8 +16,9 @@ model::effects::DriveModel known_wheel_model();
 
 /// One effect of the library with a plausible size for a youBot wheel, drawn from a seed: the same on every
 /// machine. Excluded are effects that experiments with lifted wheels cannot show (load_friction,
-/// torque_saturation), effects that the known model already contains, those of the bus (transport_delay,
-/// torque_lag, unsigned_current), and of those that repeat over position all but cogging.
+/// torque_saturation) or that a wheel does not have (spring), effects that the known model already contains,
+/// those of bus and drive (transport_delay, torque_lag, unsigned_current, actuator_gain, actuator_offset,
+/// torque_sensor_offset), and of those that repeat over position all but cogging.
 class HiddenEffect {
  public:
   static constexpr int kMaxSeed = 2'000'000'000;  ///< accepted by options and configurations; the minimum is

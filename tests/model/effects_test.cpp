@@ -50,6 +50,7 @@ TEST(Effects, TheLibraryHasEveryNameOfTheContract) {
                            "presliding",
                            "cogging",
                            "imbalance",
+                           "spring",
                            "inertia",
                            "backlash",
                            "elasticity",
@@ -63,7 +64,10 @@ TEST(Effects, TheLibraryHasEveryNameOfTheContract) {
                            "torque_saturation",
                            "torque_lag",
                            "torque_ripple",
-                           "encoder_eccentricity"}) {
+                           "encoder_eccentricity",
+                           "actuator_gain",
+                           "actuator_offset",
+                           "torque_sensor_offset"}) {
     EXPECT_EQ(name_of(make_effect(name)), name);
     EXPECT_FALSE(effect_description(name).shows.empty()) << name;
   }
@@ -328,6 +332,14 @@ TEST(Effects, PositionTorquesRepeatAsOftenAsTheySay) {
   EXPECT_LT(weight.load_Nm(0.4), 0);
 }
 
+TEST(Effects, ASpringPullsBackFromBothSidesInProportion) {
+  const EffectChain drive =
+      chain({make_effect("spring", {{"stiffness_Nm_per_rad", 0.5}, {"rest_position_rad", 0.2}})});
+  EXPECT_NEAR(drive.load_Nm(1.2), 0.5, 1e-15);
+  EXPECT_NEAR(drive.load_Nm(-1.8), -1, 1e-15);
+  EXPECT_EQ(drive.motor_load_Nm(1.2), 0) << "on the load";
+}
+
 TEST(Effects, SmallCommandsAreDeliveredAtTheThreshold) {
   EffectChain drive = chain({make_effect("torque_deadband", {{"threshold_Nm", 0.03}})});
   EXPECT_EQ(drive.deliver(0.01, 1e-3), 0.03);
@@ -373,6 +385,14 @@ TEST(Effects, ADelayDeliversEachCommandThatMuchLater) {
   for (int i = 0; i < 40; ++i) delivered.push_back(drive.deliver(i, 1e-3));
   EXPECT_EQ(delivered[11], 0);
   EXPECT_NEAR(delivered[30], 17.5, 1e-12);  // half way between two commands
+}
+
+TEST(Effects, AGainAndAnOffsetActBeforeTheMotorAndASensorsOffsetBehindIt) {
+  EffectChain scaled = chain({make_effect("actuator_gain", {{"gain", 0.8}}),
+                              make_effect("actuator_offset", {{"torque_Nm", -0.01}})});
+  EXPECT_DOUBLE_EQ(scaled.deliver(0.5, 1e-3), 0.39);
+  EXPECT_DOUBLE_EQ(chain({make_effect("torque_sensor_offset", {{"torque_Nm", 0.03}})}).report_Nm(-0.1),
+                   -0.07);
 }
 
 TEST(Effects, ALostSignLeavesTheMagnitude) {

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 
 #include "control/base_controller.h"
 #include "control/friction_compensator.h"
@@ -116,6 +117,13 @@ TEST(Resistance, TorqueByPositionIsCarriedAtRestAndInMotionWhateverTheDirection)
   EXPECT_NEAR(help_Nm(resistance, 0, position_rad, 0.5 * kFull_Nm), 0.5 * (0.05 + torque_Nm), 1e-12);
 }
 
+TEST(Resistance, ASpringIsNotCarried) {
+  const JointResistance resistance = resistance_of(with({make_effect("spring")}));
+  for (const double velocity_rad_per_s : {-2.0, 0.0, 2.0})
+    EXPECT_EQ(help_Nm(resistance, velocity_rad_per_s, 0.9, kCommand_Nm),
+              help_Nm(resistance_of(with({})), velocity_rad_per_s, 0.9, kCommand_Nm));
+}
+
 TEST(Resistance, OfADriftItTakesTheLowerEnd) {
   for (const double change_Nm : {-0.02, 0.02}) {
     const JointResistance resistance = resistance_of(
@@ -130,12 +138,23 @@ TEST(Resistance, FrictionIsNeverNegativeAndWhatACompensatorCannotActOnChangesNot
   EXPECT_NEAR(help_Nm(deep, 2, 0, kCommand_Nm), 0, 1e-12);
 
   const JointResistance plain = resistance_of(with({}));
-  const JointResistance same = resistance_of(with(
-      {make_effect("presliding"), make_effect("backlash"), make_effect("elasticity"), make_effect("inertia"),
-       make_effect("load_friction"), make_effect("transport_delay"), make_effect("unsigned_current")}));
+  const JointResistance same = resistance_of(
+      with({make_effect("presliding"), make_effect("backlash"), make_effect("elasticity"),
+            make_effect("inertia"), make_effect("load_friction"), make_effect("transport_delay"),
+            make_effect("unsigned_current"), make_effect("torque_sensor_offset")}));
   for (const double velocity : {-3.0, 0.0, 0.1, 3.0})
     EXPECT_EQ(help_Nm(same, velocity, 1, kCommand_Nm), help_Nm(plain, velocity, 1, kCommand_Nm));
   EXPECT_EQ(plain.least_torque_Nm, 0.0);
+}
+
+TEST(Resistance, AGainOfTheActuatorIsRefused) {
+  EXPECT_THROW(resistance_of(with({make_effect("actuator_gain", {{"gain", 1.1}})})), std::invalid_argument);
+}
+
+TEST(Resistance, AnOffsetOfTheActuatorIsTakenOffTheCommand) {
+  const JointResistance offset = resistance_of(with({make_effect("actuator_offset", {{"torque_Nm", 0.01}})}));
+  const JointResistance plain = resistance_of(with({}));
+  EXPECT_NEAR(help_Nm(offset, 2, 0, kCommand_Nm), help_Nm(plain, 2, 0, kCommand_Nm) - 0.01, 1e-12);
 }
 
 /// At rest and at its reference but for so much along x, with these wheels.
