@@ -193,6 +193,17 @@ std::string deciding_experiment(const FoundEffect& found, const Findings& findin
     return "none: no motion separates them; compare the recorded torque with that of a known weight";
   if (found.decided_by) return command_text(*found.decided_by, findings);
   const identification::gap::DriveLimits& limits = findings.result.limits;
+  const std::string_view named = model::effects::name_of(found.effect);
+  const auto may_be = [&](std::string_view effect) {
+    return named == effect || std::ranges::find(found.equivalent, effect) != found.equivalent.end();
+  };
+  if (may_be("actuator_offset") && may_be("torque_sensor_offset"))
+    return "none: record the torque sensor with the drive switched off";
+  if (may_be("spring") && may_be("imbalance"))
+    return fmt::format(
+        "none within {:.2g} rad: record a larger stroke, over which the torque of a weight bends and that "
+        "of a spring stays straight",
+        limits.travel_rad);
   return fmt::format("none: no experiment of youbot-bench up to {:.2g} N·m and {:.2g} rad/s separates them",
                      limits.torque_Nm, limits.speed_rad_per_s);
 }

@@ -1,11 +1,14 @@
 #include "identification/gap/actuator_channel.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <limits>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include "identification/fit/statistics.h"
 #include "identification/gap/prediction.h"
@@ -26,12 +29,28 @@ constexpr double kPiece_s = 1.0;
 constexpr std::size_t kMaxPieces = 80;
 /// Time after which a piece's delay line and lag have settled.
 constexpr double kSettle_s = 0.1;
+/// Torque constants are not known better: a gain that differs from one by less has no name.
+constexpr double kMinGainError = 0.03;
+/// One round per kind of effect.
+constexpr int kActuatorRounds = 5;
+constexpr std::size_t kMinRepeats = 20;
+constexpr std::size_t kFarMoreRepeats = 5;
+/// Share of the largest command below which no limit of the torque is looked for.
+constexpr double kLowestLimit = 0.1;
+/// Command that varies by a smaller share of its square shows no gain.
+constexpr double kMinVariation = 1e-6;
 
-/// Hypothesis of one simple actuator: the command through the effects, through a lag, plus a constant.
+constexpr std::array<std::string_view, 5> kChain{"torque_deadband", "torque_saturation", "transport_delay",
+                                                 "actuator_gain", "actuator_offset"};
+
+/// Hypothesis of one simple actuator: the command through the effects, through a lag, times a gain, plus a
+/// constant.
 struct Actuator {
   double threshold_Nm = 0;
+  double limit_Nm = 0;  ///< 0: none
   double delay_s = 0;
   double lag_s = 0;
+  double gain = 1;
   double offset_Nm = 0;
 };
 
@@ -40,12 +59,19 @@ model::effects::ParameterDescription range_of(std::string_view effect, std::stri
   return *std::ranges::find(parameters, parameter, &model::effects::ParameterDescription::name);
 }
 
+bool is_within(std::string_view effect, std::string_view parameter, double value) {
+  const auto range = range_of(effect, parameter);
+  return value >= range.lower && value <= range.upper;
+}
+
 std::vector<double> delivered(const Signals& s, const model::effects::DriveModel& base,
                               const Actuator& actuator) {
   std::vector<model::effects::AnyEffect> effects = base.effects;
   if (actuator.threshold_Nm > 0)
     effects.push_back(
         model::effects::make_effect("torque_deadband", {{"threshold_Nm", actuator.threshold_Nm}}));
+  if (actuator.limit_Nm > 0)
+    effects.push_back(model::effects::make_effect("torque_saturation", {{"limit_Nm", actuator.limit_Nm}}));
   if (actuator.delay_s > 0)
     effects.push_back(model::effects::make_effect(
         "transport_delay", {{"delay_s", std::min(actuator.delay_s, model::effects::DelayLine::kLongest_s)}}));
@@ -56,7 +82,7 @@ std::vector<double> delivered(const Signals& s, const model::effects::DriveModel
   const double follow = actuator.lag_s > 0 ? -std::expm1(-s.raw_period_s / actuator.lag_s) : 1;
   for (const double command : s.raw_command_Nm) {
     state += follow * (chain.deliver(command, s.raw_period_s) - state);
-    result.push_back(state + actuator.offset_Nm);
+    result.push_back(actuator.gain * state + actuator.offset_Nm);
   }
   return result;
 }
@@ -109,10 +135,63 @@ std::vector<Signals> pieces_of(std::span<const Signals> signals) {
   return pieces;
 }
 
+/// With the gain, the offset or both that fit best; the other keeps its value.
+enum class Scale : std::uint8_t { kGain, kOffset, kBoth };
+Actuator with_scale(const std::vector<Signals>& pieces, const model::effects::DriveModel& base,
+                    Actuator actuator, Scale free) {
+  const double offset_Nm = free == Scale::kGain ? actuator.offset_Nm : 0;
+  const double gain = actuator.gain;
+  actuator.gain = 1;
+  actuator.offset_Nm = 0;
+  double n = 0;
+  double x = 0;
+  double y = 0;
+  double xx = 0;
+  double xy = 0;
+  for (const Signals& s : pieces) {
+    const std::vector<double> predicted = delivered(s, base, actuator);
+    for (std::size_t i = settled(s); i < predicted.size(); ++i) {
+      n += 1;
+      x += predicted[i];
+      y += s.raw_measured_Nm[i];
+      xx += predicted[i] * predicted[i];
+      xy += predicted[i] * s.raw_measured_Nm[i];
+    }
+  }
+  const double variation = free == Scale::kGain ? xx : xx - x * x / n;
+  if (free == Scale::kOffset || !(variation > kMinVariation * xx))
+    actuator.gain = gain;
+  else
+    actuator.gain = (free == Scale::kGain ? xy - offset_Nm * x : xy - x * y / n) / variation;
+  actuator.offset_Nm = free == Scale::kGain ? offset_Nm : (y - actuator.gain * x) / n;
+  return actuator;
+}
+
 double sum(const std::vector<double>& values) {
   double total = 0;
   for (const double value : values) total += value;
   return total;
+}
+
+/// Whether the largest magnitude is far more frequent than the one below: a sensor's end has no noise, a
+/// motor's limit has that of its sensor.
+bool ends_are_one_value(const std::vector<Signals>& pieces) {
+  struct Count {
+    double value_Nm = 0;
+    std::size_t times = 0;
+  };
+  Count largest;
+  Count below;
+  for (const Signals& s : pieces) {
+    for (const double measured : s.raw_measured_Nm) {
+      const double value_Nm = std::abs(measured);
+      if (value_Nm > largest.value_Nm) below = std::exchange(largest, Count{value_Nm, 0});
+      if (value_Nm > below.value_Nm && value_Nm < largest.value_Nm) below = {value_Nm, 0};
+      if (value_Nm == largest.value_Nm) ++largest.times;
+      if (value_Nm == below.value_Nm) ++below.times;
+    }
+  }
+  return largest.times > kMinRepeats && largest.times > kFarMoreRepeats * below.times;
 }
 
 /// The value with the least misfit: a grid, then golden-section search around its best point.
@@ -208,8 +287,6 @@ ActuatorFindings actuator_channel(std::span<const Signals> all, const model::eff
       b.lag_s = lag;
       return cost(b);
     });
-    if (cost(a) < 1.001 * cost(Actuator{a.threshold_Nm, a.delay_s, 0, a.offset_Nm})) return a;
-    a.lag_s = 0;
     return a;
   };
   actuator = fit_lag(actuator);
@@ -223,7 +300,19 @@ ActuatorFindings actuator_channel(std::span<const Signals> all, const model::eff
   // Also not if a few rows are longer than any delay in the search range.
   const bool has_delay = base.find<model::effects::TransportDelay>() != nullptr ||
                          kMinPeriods * period_s >= model::effects::DelayLine::kLongest_s;
-  for (int round = 0; round < 3; ++round) {
+  const double highest_limit = std::min(largest, range_of("torque_saturation", "limit_Nm").upper);
+  const bool has_limit = base.find<model::effects::TorqueSaturation>() != nullptr;
+  bool scaled = false;
+  bool shifted = false;
+  // A gain and an offset that have a name are fitted again beside everything else.
+  const auto rescaled = [&](const std::vector<Signals>& part, const Actuator& a) {
+    if (!scaled && !shifted) return a;
+    return with_scale(part, base, a,
+                      scaled && shifted ? Scale::kBoth
+                      : scaled          ? Scale::kGain
+                                        : Scale::kOffset);
+  };
+  for (int round = 0; round < kActuatorRounds; ++round) {
     const std::vector<double> now = misfit(signals, base, actuator);
     struct Try {
       const char* name;
@@ -249,6 +338,15 @@ ActuatorFindings actuator_channel(std::span<const Signals> all, const model::eff
       a.threshold_Nm = fit(signals);
       consider("torque_deadband", a);
     }
+    if (!has_limit && actuator.limit_Nm == 0) {
+      Actuator a = actuator;
+      a.limit_Nm = least(linear(kLowestLimit * highest_limit, highest_limit, 30), [&](double x) {
+        Actuator b = actuator;
+        b.limit_Nm = x;
+        return cost(b);
+      });
+      consider("torque_saturation", a);
+    }
     if (!has_delay && !delayed) {
       Actuator a = actuator;
       a.delay_s = least(linear(period_s, std::min(0.4, 50 * period_s), 50), [&](double x) {
@@ -260,28 +358,31 @@ ActuatorFindings actuator_channel(std::span<const Signals> all, const model::eff
       a.lag_s = 0;
       if (a.delay_s >= kMinPeriods * period_s) consider("transport_delay", fit_lag(a));
     }
-    if (actuator.offset_Nm == 0) {
-      double mean = 0;
-      for (const Signals& s : signals) {
-        const std::vector<double> predicted = delivered(s, base, actuator);
-        for (std::size_t i = settled(s); i < predicted.size(); ++i)
-          mean += s.raw_measured_Nm[i] - predicted[i];
-      }
-      Actuator a = actuator;
-      a.offset_Nm = mean / static_cast<double>(samples);
-      const auto allowed = range_of("torque_offset", "torque_Nm");
-      if (-a.offset_Nm >= allowed.lower && -a.offset_Nm <= allowed.upper) consider("torque_offset", a);
+    if (!scaled) {
+      const Actuator a = with_scale(signals, base, actuator, shifted ? Scale::kBoth : Scale::kGain);
+      if (std::abs(a.gain - 1) >= kMinGainError && is_within("actuator_gain", "gain", a.gain))
+        consider("actuator_gain", a);
+    }
+    if (!shifted) {
+      const Actuator a = with_scale(signals, base, actuator, scaled ? Scale::kBoth : Scale::kOffset);
+      if (is_within("actuator_offset", "torque_Nm", a.offset_Nm)) consider("actuator_offset", a);
     }
     if (!best) break;
     const double gain = 1 - sum(best->blocks) / sum(now);
     const double chance = chance_of(now, best->blocks);
     if (gain < kMinGain || chance > options.false_positive_rate) break;
-    FoundEffect found{.effect = model::effects::make_effect("torque_offset"),
+    const std::string_view name = best->name;
+    if (name == "torque_saturation" && ends_are_one_value(signals)) {
+      // The sensor's end, or the motor's: the diagnosis lists it and leaves these samples out.
+      actuator = best->actuator;
+      continue;
+    }
+    FoundEffect found{.effect = model::effects::make_effect(name),
                       .where = {},
                       .measured_on = "misfit of command and measured torque",
                       .held_out_gain = gain};
     const Actuator chosen = best->actuator;
-    if (best->name == std::string_view("torque_deadband")) {
+    if (name == "torque_deadband") {
       found.effect = model::effects::make_effect("torque_deadband", {{"threshold_Nm", chosen.threshold_Nm}});
       found.where = {
           .coordinate = "torque_command_Nm", .from = -chosen.threshold_Nm, .to = chosen.threshold_Nm};
@@ -294,7 +395,19 @@ ActuatorFindings actuator_channel(std::span<const Signals> all, const model::eff
       });
       found.parameters = {
           estimate("threshold_Nm", chosen.threshold_Nm, std::max(half, 0.002 * chosen.threshold_Nm))};
-    } else if (best->name == std::string_view("transport_delay")) {
+    } else if (name == "torque_saturation") {
+      found.effect = model::effects::make_effect("torque_saturation", {{"limit_Nm", chosen.limit_Nm}});
+      found.where = {.coordinate = "torque_command_Nm", .from = chosen.limit_Nm, .to = largest};
+      const double half = half_width(signals, [&](const std::vector<Signals>& part) {
+        return least(linear(0.8 * chosen.limit_Nm, std::min(1.2 * chosen.limit_Nm, highest_limit), 11),
+                     [&](double x) {
+                       Actuator b = chosen;
+                       b.limit_Nm = x;
+                       return sum(misfit(part, base, b));
+                     });
+      });
+      found.parameters = {estimate("limit_Nm", chosen.limit_Nm, half)};
+    } else if (name == "transport_delay") {
       // A row's measured torque answers the previous row; with a recorder that stores both at one instant it
       // appears a period later, which the interval covers.
       const double delay_s = chosen.delay_s - period_s;
@@ -311,22 +424,9 @@ ActuatorFindings actuator_channel(std::span<const Signals> all, const model::eff
       found.parameters = {estimate("delay_s", delay_s, std::max(half, 0.5 * period_s))};
       found.parameters.front().upper += period_s;
     } else {
-      found.effect = model::effects::make_effect("torque_offset", {{"torque_Nm", -chosen.offset_Nm}});
       found.where = {.coordinate = "torque_command_Nm", .from = -largest, .to = largest};
-      const double half = half_width(signals, [&](const std::vector<Signals>& part) {
-        double mean = 0;
-        double n = 0;
-        Actuator b = chosen;
-        b.offset_Nm = 0;
-        for (const Signals& s : part) {
-          const std::vector<double> predicted = delivered(s, base, b);
-          for (std::size_t i = settled(s); i < predicted.size(); ++i)
-            mean += s.raw_measured_Nm[i] - predicted[i];
-          n += static_cast<double>(predicted.size() - settled(s));
-        }
-        return -mean / n;
-      });
-      found.parameters = {estimate("torque_Nm", -chosen.offset_Nm, half)};
+      scaled = scaled || name == "actuator_gain";
+      shifted = shifted || name == "actuator_offset";
     }
     found.gap_before = rms(now);
     found.gap_after = rms(best->blocks);
@@ -334,9 +434,32 @@ ActuatorFindings actuator_channel(std::span<const Signals> all, const model::eff
     for (std::size_t b = 0; b < now.size(); ++b) found.blocks_improved += best->blocks[b] < now[b] ? 1 : 0;
     found.p_value = chance;
     findings.effects.push_back(std::move(found));
-    delayed = delayed || best->name == std::string_view("transport_delay");
-    actuator = chosen;
+    delayed = delayed || name == "transport_delay";
+    actuator = rescaled(signals, chosen);
   }
+  for (FoundEffect& found : findings.effects) {
+    const std::string_view name = model::effects::name_of(found.effect);
+    const bool is_gain = name == "actuator_gain";
+    if (!is_gain && name != "actuator_offset") continue;
+    const auto size = [is_gain](const Actuator& a) { return is_gain ? a.gain : a.offset_Nm; };
+    const char* parameter = is_gain ? "gain" : "torque_Nm";
+    const double half =
+        half_width(signals, [&](const std::vector<Signals>& part) { return size(rescaled(part, actuator)); });
+    const fit::Estimate fitted = estimate(parameter, size(actuator), half);
+    const bool may_be_none =
+        is_gain ? std::abs(fitted.value - 1) < kMinGainError : fitted.lower <= 0 && fitted.upper >= 0;
+    found.parameters.clear();
+    if (may_be_none || !is_within(name, parameter, fitted.value)) continue;
+    found.effect = model::effects::make_effect(name, {{parameter, fitted.value}});
+    found.parameters = {fitted};
+  }
+  std::erase_if(findings.effects, [](const FoundEffect& found) { return found.parameters.empty(); });
+  // In a model they act in the order of its effects.
+  std::ranges::sort(findings.effects, {}, [](const FoundEffect& found) {
+    return std::ranges::find(kChain, model::effects::name_of(found.effect)) - kChain.begin();
+  });
+  // A difference in scale between command and measured torque is no noise, whether it has a name or not.
+  actuator = with_scale(signals, base, actuator, Scale::kBoth);
   for (const Signals& s : all) {
     if (s.raw_measured_Nm.empty()) continue;
     std::vector<double> left = delivered(s, base, actuator);

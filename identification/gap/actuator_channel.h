@@ -11,13 +11,15 @@
 
 namespace identification::gap {
 
-/// Dead-band, delay and offset between command and measured torque. A pure lag of sensor or current loop is
-/// not an effect; a delay must fit better than any lag. Without a torque command the delay may be visible in
-/// a velocity command (speed_channel.h). Empty if torque was not measured or no command recorded.
+/// Dead-band, saturation, delay, gain and offset between command and measured torque, beyond those of `base`
+/// and behind them. A pure lag of sensor or current loop is not an effect; a delay must fit better than any
+/// lag. Whether an offset is the actuator's or the torque sensor's, the motion decides (sensor_offset.h).
+/// Without a torque command the delay may be visible in a velocity command (speed_channel.h). Empty if torque
+/// was not measured or no command recorded.
 struct ActuatorFindings {
   std::vector<FoundEffect> effects;
-  /// Sensor report minus the predicted command response: its noise, sample by sample, for each recording that
-  /// has both.
+  /// Measured torque minus the predicted command response, with the gain and the offset that fit best: its
+  /// noise, sample by sample, for each recording that has both.
   std::vector<std::vector<double>> left_Nm;
 };
 ActuatorFindings actuator_channel(std::span<const Signals> all, const model::effects::DriveModel& base,

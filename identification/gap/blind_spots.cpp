@@ -13,7 +13,6 @@ namespace {
 /// Relative to the fastest speed: below it friction falls or rises when sliding begins.
 constexpr double kSlow = 0.1;
 constexpr double kMinShare = 0.02;
-constexpr double kMinAngle_rad = 1;
 constexpr double kMinRunning_s = 15;
 constexpr std::size_t kMinReversals = 4;
 /// Change between samples over the torque itself, rms: that of a sine with twelve samples per period.
@@ -120,7 +119,12 @@ std::vector<BlindSpot> blind_spots(std::span<const Signals> signals, bool rests)
         {"the joint moves one way only: a torque offset, friction that differs by direction and Coulomb "
          "friction look the same",
          {"torque_offset"}});
-  if (c.reversals < kMinReversals)
+  if (std::ranges::any_of(signals, &Signals::signed_by_motion))
+    spots.push_back(
+        {"the torque has lost its sign and has that of the motion instead: backlash, elasticity and "
+         "presliding do not show; record torque_command_Nm",
+         {}});
+  else if (c.reversals < kMinReversals)
     spots.push_back({"the joint hardly ever reverses: backlash, elasticity and presliding do not show",
                      {"backlash", "elasticity", "presliding"}});
   else if (!rests)
@@ -130,9 +134,10 @@ std::vector<BlindSpot> blind_spots(std::span<const Signals> signals, bool rests)
          {"presliding"}});
   if (c.slow < kMinShare * c.samples)
     spots.push_back({"the joint is hardly ever slow: Stribeck friction does not show", {"stribeck"}});
-  if (c.angle_rad < kMinAngle_rad)
-    spots.push_back(
-        {"the joint turns less than a radian: imbalance and load friction do not show", {"imbalance"}});
+  if (c.angle_rad < kMinStroke_rad)
+    spots.push_back({"the joint turns less than " + short_number(kMinStroke_rad) +
+                         " rad: imbalance, spring and load friction do not show",
+                     {"imbalance"}});
   if (const double shown = most_periods_shown(signals); shown > 0 && shown < kUsualPeriods)
     spots.push_back({"a ripple of more than " + short_number(shown) +
                          " periods a turn does not show: at these speeds it is above the analysed band; turn "

@@ -264,7 +264,8 @@ void Builder::drift() {
 }
 
 void Builder::position() {
-  if (!has<model::effects::Imbalance>() && reach_.position_span > 1) {
+  const bool turns = reach_.position_span > kMinStroke_rad;
+  if (!has<model::effects::Imbalance>() && turns) {
     const auto sine = column(
         [](const Signals& s) { return each(s, [&](std::size_t i) { return std::sin(s.position_rad[i]); }); });
     const auto cosine = column(
@@ -278,6 +279,16 @@ void Builder::position() {
                {{"torque_Nm", std::hypot(a[0], a[1])}, {"rest_position_rad", std::atan2(-a[1], a[0])}});
          }});
   }
+  if (!has<model::effects::Spring>() && turns && reach_.position_span <= kEndlessTravel_rad)
+    add({"spring",
+         {column([](const Signals& s) { return s.position_rad; }),
+          column([](const Signals& s) { return Samples(s.size(), 1.0); })},
+         {kNotNegative, Bounds{}},
+         [](const FittedModel& f, const Eigen::VectorXd& a) {
+           return plus(
+               f, "spring",
+               {{"stiffness_Nm_per_rad", a[0]}, {"rest_position_rad", a[0] > 0 ? -a[1] / a[0] : 0.0}});
+         }});
   const auto* imbalance = fitted_.model.find<model::effects::Imbalance>();
   if (imbalance && !has<model::effects::LoadFriction>()) {
     const model::effects::Imbalance load = *imbalance;
@@ -315,6 +326,8 @@ void Builder::mechanics() {
       return each(s, [&](std::size_t i) { return (with[i] - without[i]) / amount; });
     });
   };
+  // What gives shows where torque and motion reverse at different times: not if one has the other's sign.
+  if (std::ranges::any_of(rows_.signals(), &Signals::signed_by_motion)) return;
   if (const double level = coulomb_Nm(fitted_); !has<model::effects::Presliding>() && level > 0) {
     // Straight until breakaway, and bent like LuGre's bristle.
     for (const double exponent : {0.0, 1.0})

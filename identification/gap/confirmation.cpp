@@ -49,6 +49,7 @@ constexpr std::array kSizes{
     Size{"thermal_drift", "coulomb_change_Nm"},
     Size{"thermal_drift", "viscous_change_Nm_s_per_rad"},
     Size{"imbalance", "torque_Nm"},
+    Size{"spring", "stiffness_Nm_per_rad"},
     Size{"load_friction", "share"},
     Size{"cogging", "amplitude_Nm"},
     Size{"inertia", "difference_kg_m2"},
@@ -84,6 +85,8 @@ class Confirmation {
     const double square_without = square(without);
     if (effect == "backlash" && parameter(i, "gap_rad").value < kMinSteps * judged_.resolution_rad)
       return "its gap is narrower than two steps of the encoder";
+    if (effect == "backlash" && !crosses_gap(result_.fitted, judged_.rows))
+      return "its gap is not small against the stroke, or hardly ever crossed";
     if (effect == "stribeck" &&
         parameter(i, "static_torque_Nm").value < none_at(kStribeck, result_.fitted.model))
       return "its static torque is below the Coulomb friction, which is another shape";
@@ -106,10 +109,14 @@ class Confirmation {
                               : "";
   }
 
-  /// The i-th addition is an elasticity or a backlash of undetermined size.
-  bool is_either(std::size_t i) const {
+  /// The effect that the i-th addition may stand for, whatever the search preferred; empty without one.
+  std::string_view alternative_to(std::size_t i) const {
     const std::string_view effect = result_.added[i].effect;
-    return (effect == "elasticity" || effect == "backlash") && may_be_none(i, 1);
+    if (effect == "elasticity" && may_be_none(i, 1)) return "backlash";
+    if (effect == "backlash" && may_be_none(i, 1)) return "elasticity";
+    // Over a short stroke the sine of a weight is straight.
+    if (widest_span_rad(judged_.rows.signals()) > kEndlessTravel_rad) return {};
+    return effect == "imbalance" ? "spring" : effect == "spring" ? "imbalance" : "";
   }
 
   /// For the present result.
@@ -215,9 +222,9 @@ void confirm(SearchResult& result, const Judged& judged) {
   }
   for (std::size_t i = 0; i < result.added.size(); ++i) {
     Added& added = result.added[i];
-    if (!place_of_added(result, i) || !confirmation.is_either(i)) continue;
-    const std::string other = added.effect == "elasticity" ? "backlash" : "elasticity";
-    if (std::ranges::find(added.rivals, other, &RivalModel::effect) == added.rivals.end())
+    if (!place_of_added(result, i)) continue;
+    const std::string other(confirmation.alternative_to(i));
+    if (!other.empty() && std::ranges::find(added.rivals, other, &RivalModel::effect) == added.rivals.end())
       added.rivals.push_back({.effect = other});
   }
 }

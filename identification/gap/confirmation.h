@@ -31,10 +31,11 @@ struct Judged {
 ///   library makes many effects slightly useful;
 /// - an inertia that differs between driving and braking, or between small and large torques;
 /// - a static torque below the Coulomb friction;
-/// - a gap narrower than two steps of the encoder;
+/// - a gap narrower than two steps of the encoder, or not small against the stroke, or hardly ever crossed;
 /// - a second compliance between motor and load (presliding, backlash, elasticity) whose size may be zero:
 ///   the misfit of the first one's shape looks like that.
-/// A spring or gap that is not determined at all may be the other one; its addition then says so.
+/// An elasticity or a backlash that is not determined at all may be the other one, as may a spring and an
+/// imbalance; its addition then says so.
 void confirm(SearchResult& result, const Judged& judged);
 
 }  // namespace identification::gap

@@ -21,6 +21,14 @@ std::set<std::size_t> among(const std::vector<std::size_t>& rows, const std::set
   return result;
 }
 
+/// Removes rows in which a sensor only repeats its value. @returns `cuts` among the remaining rows.
+std::set<std::size_t> keep_fresh_rows(Source& source, const std::set<std::size_t>& cuts,
+                                      std::vector<Diagnosis>& diagnosis) {
+  const std::vector<std::size_t> rows = fresh_rows(source, diagnosis);
+  if (rows.size() < source.recording.rows()) source = with_rows(std::move(source), rows);
+  return among(rows, cuts);
+}
+
 }  // namespace
 
 void unwrap_positions(std::vector<Source>& sources, std::vector<Diagnosis>& diagnosis) {
@@ -37,9 +45,8 @@ Diagnosed diagnose(std::vector<Source> sources, const model::effects::DriveModel
     const std::set<std::size_t> jumps = mend_position(source, result.diagnosis);
     interpolate_torque_spikes(source, result.diagnosis);
     mark_saturation(source, result.diagnosis);
-    const std::vector<std::size_t> rows = fresh_rows(source, result.diagnosis);
-    if (rows.size() < source.recording.rows()) source = with_rows(std::move(source), rows);
-    for (Source& part : divided(std::move(source), among(rows, jumps), result.diagnosis)) {
+    const std::set<std::size_t> cuts = keep_fresh_rows(source, jumps, result.diagnosis);
+    for (Source& part : divided(std::move(source), cuts, result.diagnosis)) {
       check_units(part, base, result.diagnosis);
       result.sources.push_back(std::move(part));
     }

@@ -17,7 +17,8 @@ struct Diagnosed {
 /// torque of a servo.
 void unwrap_positions(std::vector<Source>& sources, std::vector<Diagnosis>& diagnosis);
 
-/// Wrapped positions are unwrapped. Jumps of position and long gaps in time divide a recording. Single
+/// Wrapped positions are unwrapped. Jumps of position, long gaps in time and another rate of the rows divide
+/// a recording. Single
 /// torques far beyond all others are interpolated, only the fresh ones of held values are kept, and a dead
 /// column is removed if another one contains the same quantity. Units and signs are checked for consistency
 /// between columns, and against the inertia and friction of `base`.

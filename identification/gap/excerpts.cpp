@@ -55,6 +55,7 @@ std::vector<Look> looks_at(std::span<const Source> sources, std::span<const Exce
   std::vector<Look> looks;
   for (std::size_t i = 0; i < excerpts.size(); ++i) {
     const Recording& recording = sources[excerpts[i].source].recording;
+    const auto time_s = recording.column("time_s");
     const double period_s = mean_step_of(sources[excerpts[i].source]);
     const auto rows = [&](double seconds) {
       return static_cast<std::size_t>(std::max(1.0, std::round(seconds / period_s)));
@@ -65,9 +66,9 @@ std::vector<Look> looks_at(std::span<const Source> sources, std::span<const Exce
     const auto torque =
         recording.column(recording.has("torque_measured_Nm") ? "torque_measured_Nm" : "torque_command_Nm");
     for (std::size_t row = excerpts[i].from + back; row < excerpts[i].to; row += rows(kLook_s)) {
-      const double velocity =
-          has_position ? (motion[row] - motion[row - back]) / (static_cast<double>(back) * period_s)
-                       : motion[row];
+      const double velocity = has_position
+                                  ? (motion[row] - motion[row - back]) / (time_s[row] - time_s[row - back])
+                                  : motion[row];
       looks.push_back({i, static_cast<float>(has_position ? motion[row] : 0), static_cast<float>(velocity),
                        static_cast<float>(torque[row])});
     }
@@ -121,7 +122,8 @@ Source part_of(const Source& source, const Excerpt& excerpt) {
   Source part{.name = source.name,
               .recording = {},
               .path = source.path,
-              .running_from_s = source.running_from_s.value_or(time_s.front())};
+              .running_from_s = source.running_from_s.value_or(time_s.front()),
+              .signed_by_motion = source.signed_by_motion};
   for (const Recording::Column& column : source.recording.columns) {
     const auto begin = column.values.begin();
     part.recording.columns.push_back({column.name,
@@ -132,11 +134,12 @@ Source part_of(const Source& source, const Excerpt& excerpt) {
 }
 
 /// Whether some of its rows, however few, are held out.
-bool judges_anywhere(const Excerpt& excerpt, std::size_t rows, const Judges& judges) {
+bool judges_anywhere(const Excerpt& excerpt, std::span<const double> time_s, const Judges& judges) {
   constexpr std::size_t kPlaces = 32;
+  const double length_s = time_s.back() - time_s.front();
   for (std::size_t k = 0; k <= kPlaces; ++k) {
     const std::size_t row = excerpt.from + (excerpt.to - 1 - excerpt.from) * k / kPlaces;
-    if (judges(excerpt.source, static_cast<double>(row) / static_cast<double>(rows))) return true;
+    if (judges(excerpt.source, (time_s[row] - time_s.front()) / length_s)) return true;
   }
   return false;
 }
@@ -166,7 +169,8 @@ std::vector<Excerpt> chosen_excerpts(std::span<const Source> sources, const Band
       divided_evenly(sources, std::max(kExcerpt_s, kExcerptPeriods / band.cutoff_Hz));
   std::array<std::vector<std::size_t>, 2> kinds;  // for the search and for the judgement
   for (std::size_t i = 0; i < all.size(); ++i)
-    kinds[judges_anywhere(all[i], wholes[all[i].source].to, judges) ? 1 : 0].push_back(i);
+    kinds[judges_anywhere(all[i], sources[all[i].source].recording.column("time_s"), judges) ? 1 : 0]
+        .push_back(i);
   const std::vector<double> rare = rarity(looks_at(sources, all), all.size());
   std::vector<Excerpt> chosen;
   for (const std::vector<std::size_t>& kind : kinds) {

@@ -18,7 +18,7 @@ struct Excerpt {
   std::size_t to;  ///< one past its last
 };
 
-/// Whether a position, given as recording and share of the preceding rows, belongs to the held-out data.
+/// Whether a position, given as recording and share of its preceding time, belongs to the held-out data.
 using Judges = std::function<bool(std::size_t source, double share)>;
 
 /// Whole recordings, if they are not longer than necessary. Otherwise they are cut into excerpts of some

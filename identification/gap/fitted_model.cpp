@@ -144,15 +144,19 @@ Eigen::VectorXd half_widths_of(const Eigen::MatrixXd& jacobian, const Eigen::Vec
   return widest;
 }
 
-/// Friction laws, and effects that the search does not look for: how far their parameters may move without
-/// losing a ripple's phase, or being taken for the lag of the recording, is not known here.
+/// Friction laws, effects that only command and measured torque together show (actuator_channel.h), and
+/// effects that the search does not look for: how far their parameters may move without losing a ripple's
+/// phase, or being taken for the lag of the recording, is not known here.
 bool is_given(const AnyEffect& effect) {
   return std::holds_alternative<model::effects::FrictionLaw>(effect) ||
          std::holds_alternative<model::effects::PositionFriction>(effect) ||
          std::holds_alternative<model::effects::TorqueRipple>(effect) ||
          std::holds_alternative<model::effects::EncoderEccentricity>(effect) ||
          std::holds_alternative<model::effects::TorqueLag>(effect) ||
-         std::holds_alternative<model::effects::TorqueSaturation>(effect);
+         std::holds_alternative<model::effects::TorqueSaturation>(effect) ||
+         std::holds_alternative<model::effects::ActuatorGain>(effect) ||
+         std::holds_alternative<model::effects::ActuatorOffset>(effect) ||
+         std::holds_alternative<model::effects::TorqueSensorOffset>(effect);
 }
 
 double longest_period_s(const Rows& rows) {
@@ -166,9 +170,11 @@ double most_smoothing_s2(double period_s, double lag_s) {
       {kMaxSmoothing * period_s * period_s, kTorqueFilter_s * kTorqueFilter_s, kPureDelay * lag_s * lag_s});
 }
 
-/// Zero is a place like any other.
-bool is_place(std::string_view parameter) {
-  return parameter.ends_with("position_rad") || parameter.ends_with("phase_rad");
+/// Of one turn, where zero is a place like any other. A spring may rest many turns away.
+bool is_place(const FreeParameter& p, const FittedModel& fitted) {
+  const bool of_spring = p.kind == FreeParameter::Kind::kEffect &&
+                         std::holds_alternative<model::effects::Spring>(fitted.model.effects[p.effect]);
+  return !of_spring && (p.name.ends_with("position_rad") || p.name.ends_with("phase_rad"));
 }
 
 }  // namespace
@@ -376,9 +382,10 @@ std::vector<fit::Estimate> estimates(const FittedModel& fitted, const Rows& rows
       estimate.lower = p.value - half;
       estimate.upper = p.value + half;
       if (at_the_end(p)) estimate.not_identifiable = "the fit runs to the end of the range it may have";
-      if (is_place(p.name) ? !(half < std::numbers::pi) : !(half < 10 * std::max(std::abs(p.value), p.scale)))
-        estimate.not_identifiable = is_place(p.name) ? "its interval is wider than a turn"
-                                                     : "its interval is wider than ten times its value";
+      const bool place = is_place(p, fitted);
+      if (place ? !(half < std::numbers::pi) : !(half < 10 * std::max(std::abs(p.value), p.scale)))
+        estimate.not_identifiable =
+            place ? "its interval is wider than a turn" : "its interval is wider than ten times its value";
     }
     result.push_back(std::move(estimate));
   }

@@ -26,6 +26,7 @@
 #include "identification/gap/rest_channel.h"
 #include "identification/gap/rivals.h"
 #include "identification/gap/search.h"
+#include "identification/gap/sensor_offset.h"
 #include "identification/gap/sign_test.h"
 #include "identification/gap/signals.h"
 #include "identification/gap/structure.h"
@@ -181,8 +182,8 @@ FittedModel with(FittedModel fitted, const model::effects::AnyEffect& effect) {
   return fitted;
 }
 
-/// Equivalent of a spring as presliding at rest.
-model::effects::AnyEffect spring_like(const model::effects::AnyEffect& presliding) {
+/// The elasticity that a presliding at rest may be.
+model::effects::AnyEffect elasticity_like(const model::effects::AnyEffect& presliding) {
   return model::effects::make_effect(
       "elasticity",
       {{"stiffness_Nm_per_rad", model::effects::parameter_of(presliding, "stiffness_Nm_per_rad")}});
@@ -368,6 +369,7 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   progress("preparing the recordings", 0.04);
   std::optional<LostSign> sign = lost_sign(sources, data_count, base, options);
   if (sign) sources = std::move(sign->sources);
+  remove_sensor_offset(sources, base);
   const std::span<const Source> data = std::span(sources).first(data_count);
   const std::span<const Source> held_out = std::span(sources).subspan(data_count);
   // Initial model of the search.
@@ -388,7 +390,7 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
       std::ranges::count_if(signals, [&](const Signals& s) { return s.source < data_count; });
   const std::span<const Signals> searched =
       std::span(signals).first(static_cast<std::size_t>(searched_count));
-  const ActuatorFindings actuator = actuator_channel(searched, base, options);
+  ActuatorFindings actuator = actuator_channel(searched, base, options);
 
   FittedModel given{.model = start, .given_inertia_kg_m2 = start.inertia_kg_m2};
   const std::vector<bool> burst = bursts(given, rows);
@@ -422,9 +424,10 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
 
   progress("looking for what is left", 0.92);
   RestFindings rest = rest_channel(searched, searching.fitted.model, band, options);
-  // Unless a compliance was already found in motion.
+  // Unless a compliance was already found in motion, or the torque at rest has the sign of the noise.
   if (searching.fitted.model.find<model::effects::Elasticity>() ||
-      searching.fitted.model.find<model::effects::Backlash>())
+      searching.fitted.model.find<model::effects::Backlash>() ||
+      std::ranges::any_of(searched, &Signals::signed_by_motion))
     rest.presliding.reset();
   FittedModel final = searching.fitted;
   if (rest.presliding) {
@@ -495,15 +498,33 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
     if (free[k].kind == FreeParameter::Kind::kEffect && free[k].effect < of_base)
       result.refitted.emplace_back(model::effects::name_of(final.model.effects[free[k].effect]), all[k]);
   }
+  const auto actuator_offset =
+      std::ranges::find(actuator.effects, "actuator_offset",
+                        [](const FoundEffect& f) { return model::effects::name_of(f.effect); });
+  const OffsetOf offset_is_of = actuator_offset == actuator.effects.end()
+                                    ? OffsetOf::kActuator
+                                    : offset_of(*actuator_offset, base, final, rows, parts.training.rows);
+  if (offset_is_of == OffsetOf::kSensor) {
+    give_to_sensor(*actuator_offset, base, result);
+  } else if (offset_is_of == OffsetOf::kEither) {
+    actuator_offset->equivalent.emplace_back("torque_sensor_offset");
+    result.notes.emplace_back(
+        "The offset between command and measured torque is the actuator's or the torque sensor's; the motion "
+        "does not decide. Record the torque sensor with the drive switched off.");
+  }
   if (sign && sign->found) {
     result.gap_before_Nm = std::max(result.gap_before_Nm, sign->found->gap_before);
-    result.model.effects.push_back(sign->found->effect);
     result.effects.push_back(*sign->found);
   }
   for (const FoundEffect& found : actuator.effects) {
     result.model.effects.push_back(found.effect);
     result.effects.push_back(found);
   }
+  // The sensor loses the sign of what it reports with its offset.
+  if (sign && sign->found) result.model.effects.push_back(sign->found->effect);
+  const auto is_the_sensors = [&](std::string_view effect) {
+    return offset_is_of == OffsetOf::kSensor && effect == "torque_offset";
+  };
   std::set<std::string> named;
   // A compliance at rest is in the delivered model, but not in the compared ones.
   const auto as_delivered = [&](FittedModel other) {
@@ -519,7 +540,7 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
     for (const model::effects::AnyEffect& effect : base.effects)
       earlier += model::effects::name_of(effect) == added.effect ? 1 : 0;
     const model::effects::AnyEffect* effect = find_effect(final.model, added.effect, earlier);
-    if (effect == nullptr) continue;
+    if (effect == nullptr || is_the_sensors(added.effect)) continue;
     FoundEffect found{
         .effect = *effect,
         .where =
@@ -550,7 +571,8 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
     for (const fit::Estimate& estimate : parameters_of(&final.model.effects.back(), final, rows, all))
       if (estimate.name == "damping_Nm_s_per_rad") found.parameters.push_back(estimate);
     rivals.resize(result.effects.size() + 1);
-    if (!found.equivalent.empty()) rivals.back().push_back(with(searching.fitted, spring_like(found.effect)));
+    if (!found.equivalent.empty())
+      rivals.back().push_back(with(searching.fitted, elasticity_like(found.effect)));
     named.emplace(model::effects::name_of(found.effect));
     result.effects.push_back(std::move(found));
   }

@@ -25,6 +25,8 @@ struct Source {
   std::string path{};  ///< for messages about it only; empty: the name
   /// Time since which the drive runs, for effects that depend on it; empty: since the first row.
   std::optional<double> running_from_s{};
+  /// The measured torque had lost its sign and has that of the motion.
+  bool signed_by_motion = false;
 };
 
 /// A finding about a recording before the analysis.
@@ -113,6 +115,7 @@ struct DriveLimits {
   double torque_Nm = 0;
   double speed_rad_per_s = 0;
   double travel_rad = 0;  ///< infinite for a continuous joint
+  double middle_rad = 0;  ///< of the travel, where experiments begin; 0 for a continuous joint
 };
 
 /// An effect that the data could not show, present or not.

@@ -40,22 +40,22 @@ double left_of(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target) {
 
 }  // namespace
 
-double smooth_Hz(double period_s) { return std::min(kSlow_Hz, kOfSampleRate / period_s); }
-
 SmoothMotion smooth_motion_of(const Source& source) {
   const Recording& recording = source.recording;
-  const auto time_s = recording.column("time_s");
-  SmoothMotion motion;
-  motion.period_s = (time_s.back() - time_s.front()) / static_cast<double>(time_s.size() - 1);
-  const double cutoff_Hz = smooth_Hz(motion.period_s);
+  SmoothMotion motion{.rows = EvenRows(source), .position_rad = {}, .velocity_rad_per_s = {}};
   if (recording.has("position_rad")) {
-    motion.position_rad = zero_phase(recording.column("position_rad"), motion.period_s, cutoff_Hz);
-    motion.velocity_rad_per_s = derivative(motion.position_rad, motion.period_s);
+    motion.position_rad = smooth(motion, recording.column("position_rad"));
+    motion.velocity_rad_per_s = derivative(motion.position_rad, motion.rows.period_s());
   } else if (recording.has("velocity_rad_per_s")) {
-    motion.velocity_rad_per_s =
-        zero_phase(recording.column("velocity_rad_per_s"), motion.period_s, cutoff_Hz);
+    motion.velocity_rad_per_s = smooth(motion, recording.column("velocity_rad_per_s"));
   }
   return motion;
+}
+
+std::vector<double> smooth(const SmoothMotion& motion, std::span<const double> column) {
+  const double period_s = motion.rows.period_s();
+  return zero_phase(motion.rows.of(column, Between::kCurve), period_s,
+                    std::min(kSlow_Hz, kOfSampleRate / period_s));
 }
 
 std::optional<ImpliedDrive> implied_by(const Source& source, const SmoothMotion& motion,
@@ -63,13 +63,13 @@ std::optional<ImpliedDrive> implied_by(const Source& source, const SmoothMotion&
   const Recording& recording = source.recording;
   const char* const name = recording.has("torque_measured_Nm") ? "torque_measured_Nm" : "torque_command_Nm";
   if (!recording.has(name) || motion.velocity_rad_per_s.empty()) return {};
-  const std::vector<double> torque =
-      zero_phase(recording.column(name), motion.period_s, smooth_Hz(motion.period_s));
+  const std::vector<double> torque = smooth(motion, recording.column(name));
   const std::vector<double>& velocity = motion.velocity_rad_per_s;
-  const std::vector<double> acceleration = derivative(velocity, motion.period_s);
+  const std::vector<double> acceleration = derivative(velocity, motion.rows.period_s());
   double fastest = 0;
   for (const double v : velocity) fastest = std::max(fastest, std::abs(v));
   std::vector<std::size_t> rows;
+  rows.reserve(std::min(velocity.size(), kMaxRowsToFit));
   for (std::size_t i = 0; i < velocity.size(); i += 1 + velocity.size() / kMaxRowsToFit)
     if (std::abs(velocity[i]) > kMoving * fastest &&
         (quadrants == Quadrants::kAll || torque[i] * velocity[i] < 0))

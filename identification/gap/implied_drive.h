@@ -6,19 +6,21 @@
 #include <span>
 #include <vector>
 
+#include "identification/gap/even_rows.h"
 #include "identification/gap/gap.h"
 #include "model/effects/drive_model.h"
 
 namespace identification::gap {
 
-/// Slow enough for a rough estimate: below 5 Hz and a tenth of the sample rate.
+/// At even steps, and slow enough for a rough estimate: below 5 Hz and a tenth of the sample rate.
 struct SmoothMotion {
-  double period_s = 0;
+  EvenRows rows;
   std::vector<double> position_rad;  ///< empty without such a column
   std::vector<double> velocity_rad_per_s;
 };
-double smooth_Hz(double period_s);
 SmoothMotion smooth_motion_of(const Source& source);
+/// A column of the same recording, in the same rows and the same band.
+std::vector<double> smooth(const SmoothMotion& motion, std::span<const double> column);
 
 /// Inertia and friction of τ = J·a + c·sign(v) + b·v + d, with standard deviations; with additional terms
 /// s·sin(q) + k·cos(q) if a weight explains most of the residual.

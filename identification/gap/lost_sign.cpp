@@ -8,6 +8,7 @@
 #include <span>
 #include <utility>
 
+#include "identification/gap/even_rows.h"
 #include "identification/gap/excerpts.h"
 #include "identification/gap/fitted_model.h"
 #include "identification/gap/sign_test.h"
@@ -71,21 +72,28 @@ bool may_be_magnitude(const std::vector<Source>& sources) {
 }
 
 /// The signal that gives the torque its sign.
-std::vector<double> direction(const Recording& recording) {
+std::vector<double> direction(const Source& source) {
+  const Recording& recording = source.recording;
   for (const char* name : {"torque_command_Nm", "position_rad", "velocity_rad_per_s"}) {
     if (!recording.has(name)) continue;
     const auto column = recording.column(name);
     if (name != std::string_view("position_rad")) return {column.begin(), column.end()};
-    const auto time = recording.column("time_s");
-    const double period_s = (time.back() - time.front()) / static_cast<double>(time.size() - 1);
-    return derivative(zero_phase(column, period_s, std::min(kShapeSmooth_Hz, 0.1 / period_s)), period_s);
+    const EvenRows rows(source);
+    const double period_s = rows.period_s();
+    const std::vector<double> velocity = derivative(
+        zero_phase(rows.of(column, Between::kCurve), period_s, std::min(kShapeSmooth_Hz, 0.1 / period_s)),
+        period_s);
+    std::vector<double> at_rows;
+    for (std::size_t i = 0; i < velocity.size(); ++i) at_rows.push_back(velocity[rows.next_to(i)]);
+    return at_rows;
   }
   return std::vector<double>(recording.rows(), 1.0);
 }
 
 std::vector<Source> with_sign(std::vector<Source> sources) {
   for (Source& source : sources) {
-    const std::vector<double> sign = direction(source.recording);
+    const std::vector<double> sign = direction(source);
+    source.signed_by_motion = !source.recording.has("torque_command_Nm");
     for (Recording::Column& column : source.recording.columns)
       if (column.name == "torque_measured_Nm")
         for (std::size_t i = 0; i < sign.size(); ++i)

@@ -9,6 +9,7 @@
 #include "identification/gap/closed_loop.h"
 #include "identification/gap/diagnosis.h"
 #include "identification/gap/excerpts.h"
+#include "identification/gap/sensor_offset.h"
 
 namespace identification::gap {
 namespace {
@@ -20,6 +21,7 @@ std::vector<Signals> prepared(const model::effects::DriveModel& base, std::vecto
     add_servo_torques(data, *base.servo);
   }
   Diagnosed looked = diagnose(std::move(data), base);
+  remove_sensor_offset(looked.sources, base);
   std::ranges::move(looked.diagnosis, std::back_inserter(diagnosis));
   const Band band = choose_band(looked.sources, base);
   const auto judges = [](std::size_t, double) { return true; };

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <stdexcept>
 #include <utility>
 
@@ -23,8 +22,6 @@ constexpr double kVisible = 0.2;
 constexpr double kLongest_s = 600;
 /// Relative to its set-point, briefly.
 constexpr double kOvershoot = 1.2;
-/// A joint that covered more than a turn is continuous.
-constexpr double kEndlessTravel_rad = 2 * std::numbers::pi;
 /// A stretch at rest.
 constexpr double kRest_s = 0.5;
 
@@ -58,9 +55,10 @@ struct Contender {
 };
 
 /// Positions of another drive under the same torque.
-std::vector<double> positions_under(const model::effects::DriveModel& model,
+std::vector<double> positions_under(const model::effects::DriveModel& model, double start_rad,
                                     std::span<const double> command) {
   sim::ModelDrive drive(model, kPeriod_s);
+  drive.set_position(start_rad);
   std::vector<double> position;
   position.reserve(command.size());
   for (const double torque : command) {
@@ -78,7 +76,8 @@ class Trial {
         at_hand_(at_hand),
         signals_{make_signals(experiment, at_hand.band)},
         rows_(signals_),
-        length_(static_cast<std::size_t>(kRest_s / kPeriod_s)) {
+        length_(static_cast<std::size_t>(kRest_s / kPeriod_s)),
+        start_rad_(experiment.recording.column("position_rad").front()) {
     const auto position = experiment.recording.column("position_rad");
     for (std::size_t first = 0; first + length_ <= position.size(); first += length_)
       if (rests(position.subspan(first, length_))) rests_.push_back(first);
@@ -103,8 +102,8 @@ class Trial {
   double at_rest(const Contender& rival) const {
     const double step = at_hand_.band.resolution_rad;
     if (rests_.empty() || !(step > 0)) return 0;
-    const std::vector<double> one = positions_under(rival.truth.model, command_);
-    const std::vector<double> other = positions_under(rival.model.model, command_);
+    const std::vector<double> one = positions_under(rival.truth.model, start_rad_, command_);
+    const std::vector<double> other = positions_under(rival.model.model, start_rad_, command_);
     const auto row = std::max<std::size_t>(1, static_cast<std::size_t>(at_hand_.rows.length_s() / kPeriod_s));
     double square = 0;
     double product = 0;
@@ -138,6 +137,7 @@ class Trial {
   std::vector<Signals> signals_;
   Rows rows_;
   std::size_t length_;
+  double start_rad_;
   std::vector<std::size_t> rests_;  // the first sample of each
 };
 
@@ -159,6 +159,8 @@ std::vector<Contender> contenders(const std::vector<Pair>& question, const AtHan
 
 DriveLimits limits_of(std::span<const Signals> signals) {
   DriveLimits limits;
+  double lowest_rad = std::numeric_limits<double>::infinity();
+  double highest_rad = -lowest_rad;
   for (const Signals& s : signals) {
     for (const double torque : s.raw_torque_Nm)
       limits.torque_Nm = std::max(limits.torque_Nm, std::abs(torque));
@@ -166,8 +168,13 @@ DriveLimits limits_of(std::span<const Signals> signals) {
       limits.speed_rad_per_s = std::max(limits.speed_rad_per_s, std::abs(velocity));
     const auto [low, high] = std::ranges::minmax(s.position_rad);
     limits.travel_rad = std::max(limits.travel_rad, high - low);
+    lowest_rad = std::min(lowest_rad, low);
+    highest_rad = std::max(highest_rad, high);
   }
-  if (limits.travel_rad > kEndlessTravel_rad) limits.travel_rad = std::numeric_limits<double>::infinity();
+  if (limits.travel_rad > kEndlessTravel_rad)
+    limits.travel_rad = std::numeric_limits<double>::infinity();
+  else if (highest_rad >= lowest_rad)
+    limits.middle_rad = 0.5 * (lowest_rad + highest_rad);
   return limits;
 }
 
@@ -175,14 +182,15 @@ std::optional<Source> carried_out(const model::effects::DriveModel& model,
                                   experiments::JointExperiment& experiment, const DriveLimits& limits,
                                   const BenchStops& stops) {
   sim::ModelDrive drive(model, kPeriod_s);
+  drive.set_position(limits.middle_rad);
   SpeedLoop loop(model.inertia_kg_m2, limits.torque_Nm);
   std::vector<double> time_s;
   std::vector<double> command_Nm;
   std::vector<double> torque_Nm;
   std::vector<double> position_rad;
-  double lowest = 0;
-  double highest = 0;
-  experiments::Reading reading{.command_Nm = 0};
+  double lowest = limits.middle_rad;
+  double highest = limits.middle_rad;
+  experiments::Reading reading{.position_rad = limits.middle_rad, .command_Nm = 0};
   for (int measurement = 0; measurement < experiment.measurement_count(); ++measurement) {
     reading.time_s = 0;
     const double begin_rad = drive.position_rad();

@@ -33,7 +33,8 @@ void unwrap_position(Source& source, Diagnoses& diagnoses);
 /// @returns the rows before which the position has another jump.
 std::set<std::size_t> mend_position(Source& source, Diagnoses& diagnoses);
 
-/// At most three consecutive rows, and one in a hundred in total, whose torque is far beyond all others.
+/// At most three consecutive rows, and one in a hundred in total, whose torque is far beyond all others and
+/// returns to where it was. It is no spike if the command has it, too, or the motion answers it.
 void interpolate_torque_spikes(Source& source, Diagnoses& diagnoses);
 
 /// Adds the column kSaturated, 1 where the measured torque stays at the end of its sensor's range and 0
@@ -47,7 +48,7 @@ std::vector<std::size_t> fresh_rows(const Source& source, Diagnoses& diagnoses);
 /// Only these rows.
 Source with_rows(Source source, const std::vector<std::size_t>& rows);
 
-/// Parts between `cuts` and gaps in time, without those that are too short to be useful.
+/// Parts between `cuts`, gaps in time and changes of its rate, without those that are too short to be useful.
 /// @throws std::invalid_argument if none is left.
 std::vector<Source> divided(Source source, const std::set<std::size_t>& cuts, Diagnoses& diagnoses);
 

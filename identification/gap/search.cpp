@@ -35,9 +35,9 @@ constexpr double kMuch = 0.2;
 /// Number of parameters beyond those of the simplest rival from which a rival counts as much freer.
 constexpr std::size_t kMuchFreer = 2;
 /// Maximum share of the squared residual that remains. A load that moves relative to the motor is flexible
-/// enough to explain parts of other effects: a real gap always removes most of the residual; a real spring or
-/// bristle does so or simulates better.
-constexpr double kSpringLeavesAtMost = 0.5;
+/// enough to explain parts of other effects: a real gap always removes most of the residual; a real
+/// elasticity or bristle does so or simulates better.
+constexpr double kElasticityLeavesAtMost = 0.5;
 /// Minimum gain of a rival, as a share of the best one's gain.
 constexpr double kAsGood = 0.8;
 /// The same for one whose size the data determine, against a best one whose size they do not.
@@ -45,12 +45,22 @@ constexpr double kNearlyAsGood = 0.98;
 /// Maximum relative uncertainty of a ripple's periods per turn: with more, any curvature of the torque over
 /// the position would count as a ripple.
 constexpr double kPeriodsKnownTo = 0.1;
+/// Of the stroke: a wider gap leaves no motion with the load on a flank.
+constexpr double kWidestGap = 1.0 / 3;
+/// As many as the reversals that a recording needs to show a gap.
+constexpr int kMinCrossings = 4;
+/// Of half the gap: as far from its middle, the load is at a flank.
+constexpr double kAtFlank = 0.9;
 using Indices = std::vector<Eigen::Index>;
 
 /// Probability by chance up to which plain friction is taken. Recordings of a few steady speeds have only a
 /// dozen independent stretches: chance then gives the signs of a constant torque once in some hundred draws,
 /// however clear the friction is.
 constexpr double kPlainChance = 0.05;
+
+/// Up to this probability by chance an effect may be one of two that are missing: together they are tried,
+/// too.
+constexpr double kPerhapsTwo = 0.1;
 
 /// Every drive has them: where the model lacks one, it is a parameter with the value 0, no hypothesis among
 /// many. A friction law has both.
@@ -65,6 +75,15 @@ Indices range(Eigen::Index from, Eigen::Index to) {
   Indices result(static_cast<std::size_t>(to - from));
   std::iota(result.begin(), result.end(), from);
   return result;
+}
+
+Indices joined(Indices base, std::span<const Eigen::Index> more) {
+  base.insert(base.end(), more.begin(), more.end());
+  return base;
+}
+std::vector<Bounds> joined(std::vector<Bounds> base, std::span<const Bounds> more) {
+  base.insert(base.end(), more.begin(), more.end());
+  return base;
 }
 
 /// Bounds of a linear step for each parameter.
@@ -148,6 +167,18 @@ class Round {
         .p_value(outcome.gain);
   }
 
+  /// The best two hypotheses together, found one after the other: if `effect` is one of them, the probability
+  /// that chance data give as much to the same search.
+  double pair_p_value(std::string_view effect, const Options& options) {
+    const Pair found = pair(residual_);
+    if (found.effects[1].empty() || std::ranges::find(found.effects, effect) == found.effects.end()) return 1;
+    ChanceData chance(residual_ - found.fitted, options.seed);
+    return ChanceTest{.draw = [&chance] { return chance.draw(); },
+                      .most_gain = [this](const Eigen::VectorXd& draw) { return pair(draw).gain; },
+                      .repetitions = options.repetitions}
+        .p_value(found.gain);
+  }
+
   bool is_plain(std::string_view effect) const { return is_plain_friction(effect, fitted_); }
   /// Probability by chance up to which an effect is taken.
   double allowed_chance(std::string_view effect, const Options& options) const {
@@ -164,16 +195,15 @@ class Round {
       result = with_value(result, parameters_[k], parameters_[k].value + steps[static_cast<Eigen::Index>(k)]);
     return result;
   }
+  /// Columns of the dictionary, in columns_.
+  Indices in_columns(Indices of_dictionary) const {
+    for (Eigen::Index& column : of_dictionary) column += jacobian_.cols();
+    return of_dictionary;
+  }
   Indices columns_of(const Candidate& candidate) const {
-    Indices columns = base_columns_;
-    for (const Eigen::Index column : candidate.columns) columns.push_back(jacobian_.cols() + column);
-    return columns;
+    return joined(base_columns_, in_columns(candidate.columns));
   }
-  std::vector<Bounds> bounds_of(std::span<const Bounds> own) const {
-    std::vector<Bounds> bounds = base_bounds_;
-    bounds.insert(bounds.end(), own.begin(), own.end());
-    return bounds;
-  }
+  std::vector<Bounds> bounds_of(std::span<const Bounds> own) const { return joined(base_bounds_, own); }
   /// Gain of the best hypothesis on a target.
   double most_gain(const Eigen::VectorXd& values, bool of_plain_friction) const {
     const BlockRegression::Target target = regression_->target(values);
@@ -199,13 +229,85 @@ class Round {
     Eigen::VectorXd steps;  // of the model's own parameters, then sine and cosine
     Eigen::VectorXd fitted;
   };
+  /// Beside the model's own parameters, or these columns.
   Ripple ripple(double periods, const Eigen::VectorXd& target, double base_held_out) const {
-    Eigen::MatrixXd columns(jacobian_.rows(), jacobian_.cols() + 2);
-    columns << jacobian_, ripple_columns(periods, position_, velocity_, rows_.signals().front().band_Hz);
+    return ripple(periods, target, base_held_out, base_columns_, base_bounds_);
+  }
+  Ripple ripple(double periods, const Eigen::VectorXd& target, double base_held_out, const Indices& beside,
+                std::vector<Bounds> bounds) const {
+    const auto count = static_cast<Eigen::Index>(beside.size());
+    Eigen::MatrixXd columns(jacobian_.rows(), count + 2);
+    columns << columns_(Eigen::all, beside),
+        ripple_columns(periods, position_, velocity_, rows_.signals().front().band_Hz);
     const BlockRegression regression(columns, training_.block, kFolds);
-    const BlockRegression::Fit fit = regression.fit(regression.target(target), range(0, columns.cols()),
-                                                    bounds_of(std::vector<Bounds>(2)));
+    bounds.resize(bounds.size() + 2);
+    const BlockRegression::Fit fit =
+        regression.fit(regression.target(target), range(0, columns.cols()), bounds);
     return {1 - fit.held_out / base_held_out, fit.coefficients, columns * fit.coefficients};
+  }
+
+  struct Pair {
+    std::array<std::string_view, 2> effects{};  ///< the second is empty if the first is as good alone
+    double gain = 0;
+    Eigen::VectorXd fitted;
+  };
+  /// The best candidate, and the best one, or a ripple, beside it.
+  Pair pair(const Eigen::VectorXd& values) const {
+    const BlockRegression::Target target = regression_->target(values);
+    const double base = regression_->held_out(target, base_columns_, base_bounds_);
+    const auto best_beside = [&](const Indices& columns, const std::vector<Bounds>& bounds,
+                                 const Candidate* other) {
+      const Candidate* best = nullptr;
+      double least = regression_->held_out(target, columns, bounds);
+      for (const Candidate& candidate : dictionary_.candidates) {
+        if (other != nullptr && share_a_column(candidate, *other)) continue;
+        const double left = regression_->held_out(target, joined(columns, in_columns(candidate.columns)),
+                                                  joined(bounds, candidate.bounds));
+        if (left >= least) continue;
+        least = left;
+        best = &candidate;
+      }
+      return best;
+    };
+    Pair best;
+    Indices columns = base_columns_;
+    std::vector<Bounds> bounds = base_bounds_;
+    const auto take = [&](const Candidate& candidate) {
+      columns = joined(std::move(columns), in_columns(candidate.columns));
+      bounds = joined(std::move(bounds), candidate.bounds);
+    };
+    const auto keep_fit = [&] {
+      const BlockRegression::Fit fit = regression_->fit(target, columns, bounds);
+      best.gain = 1 - fit.held_out / base;
+      best.fitted = columns_(Eigen::all, columns) * fit.coefficients;
+    };
+    const Candidate* const first = best_beside(columns, bounds, nullptr);
+    if (first != nullptr) {
+      take(*first);
+      best.effects[0] = first->effect;
+    }
+    keep_fit();
+    const double periods = ripple_periods_per_rev(values - best.fitted, position_);
+    std::optional<Ripple> beside;
+    if (periods > 0) beside = ripple(periods, values, base, columns, bounds);
+    if (first != nullptr) {
+      if (const Candidate* const second = best_beside(columns, bounds, first)) {
+        take(*second);
+        best.effects[1] = second->effect;
+        keep_fit();
+      }
+    }
+    if (beside && beside->gain > best.gain) {
+      best.effects[first != nullptr ? 1 : 0] = "cogging";
+      best.gain = beside->gain;
+      best.fitted = std::move(beside->fitted);
+    }
+    return best;
+  }
+  static bool share_a_column(const Candidate& one, const Candidate& other) {
+    return std::ranges::any_of(one.columns, [&](Eigen::Index column) {
+      return std::ranges::find(other.columns, column) != other.columns.end();
+    });
   }
 
   const FittedModel& fitted_;
@@ -290,11 +392,27 @@ bool knows_its_periods(const FittedModel& model, const Rows& rows, const Trainin
          periods->upper - periods->value <= kPeriodsKnownTo * periods->value;
 }
 
+FittedModel with_offset(FittedModel fitted) {
+  fitted.model.effects.push_back(model::effects::make_effect("torque_offset", {{"torque_Nm", 0}}));
+  return fitted;
+}
+/// Whether the model already has a constant torque.
+bool has_constant(const FittedModel& fitted) {
+  return fitted.model.find<model::effects::TorqueOffset>() != nullptr ||
+         fitted.model.find<model::effects::DirectionAsymmetry>() != nullptr;
+}
+
 /// The winner first, then those that win some draws of the noise; empty if no gain is significant.
 /// `rivals`: the initial ones; their effects are not tried again.
 std::vector<Rival> contest(const FittedModel& before, const std::vector<Round::Outcome>& outcomes,
                            const BlockRegression::Fit& base, const Rows& rows, const Training& training,
                            const Options& options, std::vector<Rival> rivals = {}) {
+  // On a short stroke, a spring or a weight off the axis contains a constant torque, which is simpler.
+  std::optional<BlockRegression::Fit> constant;
+  const auto is_a_constant = [&](const BlockRegression::Fit& fit) {
+    if (!constant) constant = score(refined_widely(with_offset(before), rows, training.rows), rows, training);
+    return !is_sure(*constant, fit);
+  };
   double most = 0;  // maximum gain of the accepted ones
   for (const Rival& rival : rivals) most = std::max(most, 1 - rival.fit.held_out / base.held_out);
   for (const Round::Outcome& outcome : outcomes) {
@@ -304,8 +422,12 @@ std::vector<Rival> contest(const FittedModel& before, const std::vector<Round::O
     BlockRegression::Fit fit = score(model, rows, training);
     if (!is_sure(base, fit)) continue;
     if (outcome.effect == "cogging" && !knows_its_periods(model, rows, training)) continue;
-    if (gives(outcome.effect) && fit.held_out > kSpringLeavesAtMost * base.held_out &&
+    if (gives(outcome.effect) && fit.held_out > kElasticityLeavesAtMost * base.held_out &&
         (outcome.effect == "backlash" || !simulates_better(before, model, rows, training)))
+      continue;
+    if (outcome.effect == "backlash" && !crosses_gap(model, rows)) continue;
+    if ((outcome.effect == "spring" || outcome.effect == "imbalance") && !has_constant(before) &&
+        is_a_constant(fit))
       continue;
     const std::size_t parameters = freedom_of(model, rows);
     most = std::max(most, 1 - fit.held_out / base.held_out);
@@ -442,7 +564,9 @@ std::string reason_against(const Round::Outcome& outcome, const Round& round, in
            short_text(allowed);
   if (outcome.effect == "cogging")
     return "its gain is not sure, or its periods a turn are not known to a tenth";
-  if (outcome.effect == "backlash") return "its gain is not sure, or it takes less than half of what is left";
+  if (outcome.effect == "backlash")
+    return "its gain is not sure, it takes less than half of what is left, or the joint does not cross its "
+           "gap";
   if (gives(outcome.effect))
     return "its gain is not sure, or it takes less than half of what is left and the data are simulated no "
            "better";
@@ -457,6 +581,23 @@ void report(const Options& options, std::string_view what, double done) {
 
 bool gives(std::string_view effect) noexcept {
   return effect == "presliding" || effect == "backlash" || effect == "elasticity";
+}
+
+bool crosses_gap(const FittedModel& fitted, const Rows& rows) {
+  const auto* const backlash = fitted.model.find<model::effects::Backlash>();
+  if (backlash == nullptr) return false;
+  const double gap_rad = backlash->parameters().gap_rad;
+  if (gap_rad > kWidestGap * widest_span_rad(rows.signals())) return false;
+  int crossings = 0;
+  for (const Signals& signals : rows.signals()) {
+    double flank_rad = 0;
+    for (const double twist_rad : load_side_of(fitted.model, signals).twist_rad) {
+      if (std::abs(twist_rad) < kAtFlank * 0.5 * gap_rad) continue;
+      crossings += twist_rad * flank_rad < 0 ? 1 : 0;
+      flank_rad = twist_rad;
+    }
+  }
+  return crossings >= kMinCrossings;
 }
 
 std::optional<std::size_t> place_of_added(const SearchResult& result, std::size_t i) {
@@ -520,6 +661,10 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
       if (!p_of.contains(outcome.effect)) p_of[outcome.effect] = round.p_value(outcome, options);
       return p_of[outcome.effect] > round.allowed_chance(outcome.effect, options);
     };
+    // The residual that chance is drawn from contains a second missing effect, as if it were noise.
+    if (worth && is_chance(outcomes.front()) && p_of[outcomes.front().effect] <= kPerhapsTwo)
+      p_of[outcomes.front().effect] =
+          std::min(p_of[outcomes.front().effect], round.pair_p_value(outcomes.front().effect, options));
     // An effect whose gain is chance does not compete with plain friction whose gain is not.
     std::vector<Round::Outcome> contestants;
     if (worth && !is_chance(outcomes.front())) {

@@ -65,6 +65,10 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
 /// elasticity.
 bool gives(std::string_view effect) noexcept;
 
+/// Whether the load behind the gap of a model goes from flank to flank several times, and the gap is small
+/// against the stroke: otherwise the data show no free travel.
+bool crosses_gap(const FittedModel& fitted, const Rows& rows);
+
 /// Index of the i-th addition in the model's effects. Within a type, the effects of the given model come
 /// first, then the additions in order. Empty if another effect that contains it has replaced it.
 std::optional<std::size_t> place_of_added(const SearchResult& result, std::size_t i);

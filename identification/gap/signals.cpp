@@ -2,13 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <span>
 #include <stdexcept>
 
 #include "identification/fit/statistics.h"
+#include "identification/gap/even_rows.h"
+#include "identification/gap/quantum.h"
 #include "identification/gap/wording.h"
 #include "identification/gap/zero_phase.h"
 
@@ -30,84 +32,18 @@ constexpr double kUsualCommands = 0.9;
 /// Encoder noise may reach this share of the torque if the torque sensor has less noise.
 constexpr double kAllowedNoiseShare = 0.01;
 constexpr std::size_t kMinSamples = 100;
-/// Times within this share of a period count as even.
-constexpr double kEven = 0.02;
+/// Of a sensor.
+constexpr double kMinLevels = 8;
 
 [[noreturn]] void refuse(const Source& source, const std::string& why) {
   throw std::invalid_argument(path_of(source) + ": " + why);
 }
 
-/// Mean step of a recording.
-double period_of(const Source& source) {
-  const std::span<const double> time = source.recording.column("time_s");
-  if (time.size() < kMinSamples)
-    refuse(source, "has " + std::to_string(time.size()) + " rows, too few to tell motion from; " +
+EvenRows even_rows_of(const Source& source) {
+  if (const std::size_t rows = source.recording.column("time_s").size(); rows < kMinSamples)
+    refuse(source, "has " + std::to_string(rows) + " rows, too few to tell motion from; " +
                        std::to_string(kMinSamples) + " are the least; record a staircase or multisine");
-  return (time.back() - time.front()) / static_cast<double>(time.size() - 1);
-}
-
-enum class Between : std::uint8_t { kLine, kCurve };
-
-/// Linear interpolation at ascending times, or cubic with the slopes of parabolas through three samples:
-/// motion has no corners, and after two derivatives they would be visible. The end values are held.
-std::vector<double> interpolated(std::span<const double> time_s, std::span<const double> values,
-                                 double period_s, std::size_t count, Between between) {
-  const std::size_t last = values.size() - 1;
-  const auto secant = [&](std::size_t i) {
-    return (values[i + 1] - values[i]) / (time_s[i + 1] - time_s[i]);
-  };
-  const auto slope = [&](std::size_t i) {
-    if (i == 0) return secant(0);
-    if (i == last) return secant(last - 1);
-    const double before = time_s[i] - time_s[i - 1];
-    const double after = time_s[i + 1] - time_s[i];
-    return (secant(i - 1) * after + secant(i) * before) / (before + after);
-  };
-  std::vector<double> result;
-  result.reserve(count);
-  std::size_t next = 1;
-  for (std::size_t k = 0; k < count; ++k) {
-    const double t = time_s.front() + static_cast<double>(k) * period_s;
-    while (next < last && time_s[next] < t) ++next;
-    const double step = time_s[next] - time_s[next - 1];
-    const double x = std::clamp((t - time_s[next - 1]) / step, 0.0, 1.0);
-    const double line = values[next - 1] + x * (values[next] - values[next - 1]);
-    const double rise = values[next] - values[next - 1];
-    const double bend =
-        between == Between::kLine
-            ? 0
-            : x * (1 - x) * ((1 - x) * (step * slope(next - 1) - rise) - x * (step * slope(next) - rise));
-    result.push_back(line + bend);
-  }
-  return result;
-}
-
-bool is_even(std::span<const double> time_s, double period_s) {
-  for (std::size_t i = 0; i < time_s.size(); ++i)
-    if (std::abs(time_s[i] - time_s.front() - static_cast<double>(i) * period_s) > kEven * period_s)
-      return false;
-  return true;
-}
-
-/// Whether a motion is smoother at its times than at even steps. It is not if sampling is even and only the
-/// recording of the times was late.
-bool times_are_right(std::span<const double> time_s, std::span<const double> motion) {
-  double at_times = 0;
-  double at_even = 0;
-  for (std::size_t i = 1; i + 1 < motion.size(); ++i) {
-    const double share = (time_s[i] - time_s[i - 1]) / (time_s[i + 1] - time_s[i - 1]);
-    const double rise = motion[i + 1] - motion[i - 1];
-    at_times += std::pow(motion[i] - motion[i - 1] - share * rise, 2);
-    at_even += std::pow(motion[i] - motion[i - 1] - 0.5 * rise, 2);
-  }
-  return at_times <= at_even;
-}
-
-/// A column at even times, `period_s` apart; unchanged if its samples are even.
-std::vector<double> evened(std::span<const double> time_s, std::span<const double> values, double period_s,
-                           Between between) {
-  if (is_even(time_s, period_s)) return {values.begin(), values.end()};
-  return interpolated(time_s, values, period_s, values.size(), between);
+  return EvenRows(source);
 }
 
 /// "; its columns are time_s, q".
@@ -134,20 +70,6 @@ std::vector<double> position_of(const Source& source) {
   for (std::size_t i = 1; i < position.size(); ++i)
     position[i] = position[i - 1] + 0.5 * (velocity[i] + velocity[i - 1]) * (time[i] - time[i - 1]);
   return position;
-}
-
-/// Sampling times: as in the file, unless that makes the motion rougher than even steps.
-std::vector<double> sampled_at(const Source& source, double period_s) {
-  const Recording& recording = source.recording;
-  const auto stated = recording.column("time_s");
-  std::vector<double> times(stated.begin(), stated.end());
-  const char* const motion = recording.has("position_rad") ? "position_rad" : "velocity_rad_per_s";
-  if (is_even(stated, period_s) || !recording.has(motion) ||
-      times_are_right(stated, recording.column(motion)))
-    return times;
-  for (std::size_t i = 0; i < times.size(); ++i)
-    times[i] = stated.front() + static_cast<double>(i) * period_s;
-  return times;
 }
 
 std::span<const double> torque_of(const Source& source) {
@@ -189,7 +111,7 @@ void leave_out(std::vector<double>& weights, std::size_t margin, const Apart& ap
   }
 }
 
-/// The smallest step between values, robustly: the encoder's or sensor's resolution; 0 if continuous.
+/// The smallest step between values, robustly: the encoder's resolution; 0 if continuous.
 double resolution(std::span<const double> values) {
   double smallest = std::numeric_limits<double>::infinity();
   std::size_t steps = 0;
@@ -204,6 +126,13 @@ double resolution(std::span<const double> values) {
     }
   }
   return steps > 0 && equal > steps / 1000 ? smallest : 0;
+}
+
+/// That of a torque sensor. A torque that steps between a few levels is commanded so.
+double torque_resolution(std::span<const double> torque) {
+  const std::optional<double> quantum = quantum_of(torque);
+  const auto [low, high] = std::ranges::minmax(torque);
+  return quantum && *quantum * kMinLevels < high - low ? *quantum : 0;
 }
 
 /// Sample-to-sample noise, from second differences: a smooth signal leaves none.
@@ -233,25 +162,33 @@ Band choose_band(const std::vector<Source>& sources, const model::effects::Drive
   std::vector<double> densities;  // sigma·√T: filtered noise does not depend on the rate
   std::vector<double> torques;
   std::vector<double> resolutions;
+  std::vector<double> quanta;
   double fastest = 0;
   bool moves = false;
   for (const Source& source : sources) {
-    const double period_s = period_of(source);
+    const EvenRows rows = even_rows_of(source);
+    const double period_s = rows.period_s();
     band.raw_period_s = std::max(band.raw_period_s, period_s);
     const std::vector<double> position = position_of(source);
     resolutions.push_back(resolution(position));
+    if (base.encoder_ticks_per_rev && source.recording.has("position_rad"))
+      quanta.push_back(quantum_of(position).value_or(0));
     const auto torque = torque_of(source);
-    densities.push_back(std::hypot(sample_sigma(torque), resolution(torque) / std::sqrt(12.0)) *
+    densities.push_back(std::hypot(sample_sigma(torque), torque_resolution(torque) / std::sqrt(12.0)) *
                         std::sqrt(period_s));
     torques.push_back(rms(torque));
-    const std::vector<double> even =
-        evened(sampled_at(source, period_s), position, period_s, Between::kCurve);
+    const std::vector<double> even = rows.of(position, Between::kCurve);
     const std::vector<double> smooth =
         derivative(zero_phase(even, period_s, std::min(5.0, 0.1 / period_s)), period_s);
     for (const double v : smooth) fastest = std::max(fastest, std::abs(v));
   }
   band.resolution_rad = fit::median(resolutions);
-  if (base.encoder_ticks_per_rev) band.resolution_rad = 2 * std::numbers::pi / *base.encoder_ticks_per_rev;
+  // The steps of a model and those of the data may be of different encoders: the coarser one blurs the
+  // motion.
+  if (base.encoder_ticks_per_rev) {
+    band.resolution_rad = 2 * std::numbers::pi / *base.encoder_ticks_per_rev;
+    if (!quanta.empty()) band.resolution_rad = std::max(band.resolution_rad, fit::median(quanta));
+  }
   band.torque_sigma_Nm = fit::median(densities) / std::sqrt(band.raw_period_s);
   // Steps of q at rate 1/T are white noise of q/√12; twice differentiated and low-passed at ω it has about
   // q/√12·ω²·√(2·f·T/5), the torque √(2·f·T) of its own.
@@ -297,8 +234,9 @@ std::vector<double> since_reversal(std::span<const double> velocity_rad_per_s, d
 
 Signals make_signals(const Source& source, const Band& band) {
   const Recording& recording = source.recording;
-  const double own_period_s = period_of(source);
-  const std::vector<double> time = sampled_at(source, own_period_s);
+  const EvenRows own_rows = even_rows_of(source);
+  const double own_period_s = own_rows.period_s();
+  const std::vector<double>& time = own_rows.sampled_at_s();
   Signals s;
   s.name = source.name;
   // The recordings' own rates, if they are equal.
@@ -310,9 +248,8 @@ Signals make_signals(const Source& source, const Band& band) {
       std::max(1.0, std::floor(1 / (kOversampling * band.cutoff_Hz * band.raw_period_s))));
   s.period_s = s.raw_period_s * static_cast<double>(step);
 
-  // Measurements are curved; a command jumps.
   const auto even = [&](std::span<const double> values, Between between = Between::kLine) {
-    return evened(time, values, own_period_s, between);
+    return own_rows.of(values, between);
   };
   // From even values at the recording's own rate to the common one.
   std::vector<double> own_times;
@@ -351,6 +288,7 @@ Signals make_signals(const Source& source, const Band& band) {
   }
   s.raw_torque_Nm = common(even(torque_of(source)));
   s.torque_is_command = !recording.has("torque_measured_Nm");
+  s.signed_by_motion = source.signed_by_motion;
   const std::vector<double> raw_torque = even(torque_of(source));
   const std::vector<double> torque =
       steep_zero_phase(s.torque_is_command ? at_samples(raw_torque) : raw_torque, own_period_s, s.filter_Hz);

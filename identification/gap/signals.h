@@ -2,6 +2,7 @@
 /// A recording prepared for the comparison with a model: motion from position, all of it in one band.
 #pragma once
 #include <cstddef>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <string>
@@ -43,6 +44,7 @@ struct Signals {
   std::vector<double> torque_rate_Nm_per_s;   ///< of torque_Nm
   std::vector<double> torque_bend_Nm_per_s2;  ///< of torque_rate_Nm_per_s
   bool torque_is_command = false;
+  bool signed_by_motion = false;  ///< the torque; see Source
   /// At the rate of the slowest recording, unfiltered: for effects within milliseconds.
   double raw_period_s = 0;
   std::vector<double> raw_position_rad;
@@ -78,6 +80,11 @@ std::vector<double> at_samples(std::span<const double> held);
 std::vector<double> since_reversal(std::span<const double> velocity_rad_per_s, double period_s);
 
 Signals make_signals(const Source& source, const Band& band);
+
+/// Smaller strokes do not show how a torque depends on the position.
+inline constexpr double kMinStroke_rad = 0.1;
+/// A joint that covered more than a turn is continuous: no spring holds it.
+inline constexpr double kEndlessTravel_rad = 2 * std::numbers::pi;
 
 /// Maximum range covered by one recording, with all its stretches.
 double widest_span_rad(std::span<const Signals> signals);

@@ -79,11 +79,20 @@ void weigh_torque_scale(const model::effects::DriveModel& given, Result& result)
       found.wins.clear();        // none were drawn against it
       found.decided_by.reset();  // a weight decides, and no motion
     }
-  result.notes.push_back(
-      "inertia and friction are all " + short_number(*factor) +
-      " times those of the given model: a torque that is recorded too " + (*factor > 1 ? "large" : "small") +
-      " by that factor (torque constant, gear ratio, gain of the sensor) looks the same. Compare "
-      "the recorded torque with that of a known weight before you use the new inertia.");
+  const std::string_view size = *factor > 1 ? "large" : "small";
+  std::string note = "inertia and friction are all " + short_number(*factor) +
+                     " times those of the given model: a torque that is recorded too " + std::string(size) +
+                     " by that factor (torque constant, gear ratio, gain of the sensor) looks the same. ";
+  if (const auto* actuator = result.model.find<model::effects::ActuatorGain>();
+      actuator != nullptr && std::abs(actuator->parameters().gain - *factor) <= kSame * *factor) {
+    note += "The measured torque is also " + short_number(actuator->parameters().gain) +
+            " times the command. Given model and command agree, so the torque sensor is probably wrong. ";
+    for (FoundEffect& found : result.effects)
+      if (std::holds_alternative<model::effects::ActuatorGain>(found.effect))
+        found.equivalent.emplace_back(kTorqueScale);
+  }
+  note += "Compare the recorded torque with that of a known weight before you use the new inertia.";
+  result.notes.push_back(note);
 }
 
 }  // namespace identification::gap

@@ -14,7 +14,6 @@
 #include "identification/gap/implied_drive.h"
 #include "identification/gap/quantum.h"
 #include "identification/gap/wording.h"
-#include "identification/gap/zero_phase.h"
 
 namespace identification::gap {
 namespace {
@@ -79,7 +78,7 @@ void check_ticks(const Source& source, const model::effects::DriveModel& base,
                            " to a turn, but encoder_ticks_per_rev of the model's [sensor] is " +
                            whole_number(*base.encoder_ticks_per_rev) + ", " + short_number(1 / ratio) +
                            " times as many",
-                       "the model counts; correct it, or the unit of position_rad"});
+                       "the coarser one is used; correct the model, or the unit of position_rad"});
 }
 
 /// Cause of a position that changes `factor` times as fast as the velocity column.
@@ -104,8 +103,7 @@ std::string cause_of(double factor) {
 
 void check_velocity(const Source& source, const SmoothMotion& motion, std::vector<Diagnosis>& diagnoses) {
   if (motion.position_rad.empty() || !source.recording.has("velocity_rad_per_s")) return;
-  const std::vector<double> reported =
-      zero_phase(source.recording.column("velocity_rad_per_s"), motion.period_s, smooth_Hz(motion.period_s));
+  const std::vector<double> reported = smooth(motion, source.recording.column("velocity_rad_per_s"));
   const auto derived = Eigen::Map<const Eigen::VectorXd>(motion.velocity_rad_per_s.data(),
                                                          static_cast<Eigen::Index>(reported.size()));
   const auto column =

@@ -228,6 +228,7 @@ Simulated simulate(const model::effects::DriveModel& before, const model::effect
 Where where_of(std::string_view effect, const Eigen::VectorXd& contribution, const Rows& rows,
                const std::vector<Eigen::Index>& use) {
   const auto suits = [&]() -> ViewCoordinate {
+    if (effect == "spring") return {"position_rad", [](const Signals& s) { return s.position_rad; }};
     if (effect == "cogging" || effect == "imbalance" || effect == "load_friction")
       return {"position_rad", turned};
     if (effect == "inertia" || effect == "elasticity")

@@ -51,4 +51,69 @@ TEST(GapActuatorChannel, MoreThanARowIsADelay) {
   }
 }
 
+Signals scaled(double gain, double offset_Nm, double limit_Nm) {
+  Signals s = rows_late(0);
+  std::mt19937_64 random(2);
+  std::normal_distribution<double> noise(0, 1e-3);
+  for (std::size_t i = 0; i < s.raw_command_Nm.size(); ++i)
+    s.raw_measured_Nm[i] =
+        gain * std::clamp(s.raw_command_Nm[i], -limit_Nm, limit_Nm) + offset_Nm + noise(random);
+  return s;
+}
+
+double size_of(const identification::gap::FoundEffect& found, const char* parameter) {
+  return model::effects::parameter_of(found.effect, parameter);
+}
+
+TEST(GapActuatorChannel, AGainAndAnOffsetAreBothFound) {
+  const auto findings = actuator_channel(std::vector{scaled(1.3, -0.02, 1)}, {}, {});
+  ASSERT_EQ(findings.effects.size(), 2U);
+  EXPECT_NEAR(size_of(findings.effects[0], "gain"), 1.3, 0.002);
+  EXPECT_NEAR(size_of(findings.effects[1], "torque_Nm"), -0.02, 1e-4);
+  for (const auto& found : findings.effects) {
+    EXPECT_LT(found.parameters.at(0).upper - found.parameters.at(0).lower, 0.01);
+    EXPECT_GT(found.parameters.at(0).upper, found.parameters.at(0).lower);
+  }
+}
+
+TEST(GapActuatorChannel, AGainThatTorqueConstantsAreNotKnownToHasNoNameAndIsNoNoise) {
+  const auto findings = actuator_channel(std::vector{scaled(1.02, 0, 1)}, {}, {});
+  EXPECT_TRUE(findings.effects.empty());
+  double square = 0;
+  for (const double left : findings.left_Nm.at(0)) square += left * left;
+  EXPECT_LT(std::sqrt(square / static_cast<double>(findings.left_Nm[0].size())), 1.1e-3);
+}
+
+/// In steps of 2 mN·m, as a current in whole milliamperes, a motor's limit keeps its noise; a sensor at its
+/// end reports one value.
+TEST(GapActuatorChannel, ASensorAtItsEndIsNoLimitOfTheMotor) {
+  for (const bool at_its_end : {false, true}) {
+    Signals s = scaled(1, 0, at_its_end ? 1 : 0.12);
+    for (double& measured : s.raw_measured_Nm) {
+      measured = 2e-3 * std::round(measured / 2e-3);
+      if (at_its_end) measured = std::clamp(measured, -0.12, 0.12);
+    }
+    EXPECT_EQ(actuator_channel(std::vector{s}, {}, {}).effects.size(), at_its_end ? 0U : 1U);
+  }
+}
+
+/// A model's effects act in its order: a gain before the dead-band would change its threshold.
+TEST(GapActuatorChannel, AGainActsBehindTheDeadBand) {
+  Signals s = scaled(1.3, 0, 1);
+  for (std::size_t i = 0; i < s.raw_command_Nm.size(); ++i)
+    if (std::abs(s.raw_command_Nm[i]) < 0.04)
+      s.raw_measured_Nm[i] = std::copysign(1.3 * 0.04, s.raw_command_Nm[i]);
+  const auto findings = actuator_channel(std::vector{s}, {}, {});
+  ASSERT_EQ(findings.effects.size(), 2U);
+  EXPECT_NEAR(size_of(findings.effects[0], "threshold_Nm"), 0.04, 0.002);
+  EXPECT_NEAR(size_of(findings.effects[1], "gain"), 1.3, 0.01);
+}
+
+TEST(GapActuatorChannel, ALimitIsNoGain) {
+  const auto findings = actuator_channel(std::vector{scaled(1, 0, 0.12)}, {}, {});
+  ASSERT_EQ(findings.effects.size(), 1U);
+  EXPECT_EQ(model::effects::name_of(findings.effects[0].effect), "torque_saturation");
+  EXPECT_NEAR(size_of(findings.effects[0], "limit_Nm"), 0.12, 0.002);
+}
+
 }  // namespace actuator_channel_test

@@ -132,6 +132,151 @@ TEST(Diagnosis, TorqueSpikesAreInterpolatedAndCounted) {
   for (std::size_t i = 0; i < mended.size(); ++i) ASSERT_NEAR(mended[i], truth[i], 0.02) << i;
 }
 
+/// A drive whose speed follows set-points of two seconds each, by a proportional gain of 0.6 N·m·s/rad: at
+/// each step the torque peaks, far beyond all others, and decays within some rows. Explicit steps of 0.2 ms.
+Source stepping(double period_s, bool commanded) {
+  constexpr double kStep_s = 2e-4;
+  constexpr double kTurns[] = {0.5, -0.5, 1, -1, 2, -3, 4, -5, 8, -12};
+  const auto steps = static_cast<int>(std::lround(period_s / kStep_s));
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> noise(0, 2e-3);
+  std::vector<double> time, position, torque, command;
+  double q = 0;
+  double v = 0;
+  for (int i = 0; i * period_s < 40; ++i) {
+    const double t = i * period_s;
+    const double push = 0.6 * (kTurns[static_cast<std::size_t>(t / 2) % std::size(kTurns)] - v);
+    time.push_back(t);
+    position.push_back(kTick_rad * std::round(q / kTick_rad));
+    torque.push_back(push + noise(random));
+    command.push_back(push);
+    for (int n = 0; n < steps; ++n) {
+      const double driven = v + kStep_s * (push - kViscous * v) / kInertia_kg_m2;
+      v = std::copysign(std::max(0.0, std::abs(driven) - kStep_s * kCoulomb_Nm / kInertia_kg_m2), driven);
+      q += kStep_s * v;
+    }
+  }
+  Source source{.name = "a.csv", .recording = {}};
+  source.recording.columns = {{"time_s", time}, {"position_rad", position}, {"torque_measured_Nm", torque}};
+  if (commanded) source.recording.columns.push_back({"torque_command_Nm", command});
+  return source;
+}
+
+TEST(Diagnosis, ATorqueThatPeaksAtASetPointStepIsNoSpike) {
+  for (const double period_s : {1e-3, 2e-3, 1e-2})
+    for (const bool commanded : {false, true}) {
+      SCOPED_TRACE(testing::Message() << period_s << " s, commanded: " << commanded);
+      Source source = stepping(period_s, commanded);
+      EXPECT_EQ(noticed(diagnose({source}, base())), "");
+      // Glitches of a row are spikes beside it.
+      std::vector<double>& torque = column(source, "torque_measured_Nm");
+      const auto at = static_cast<std::size_t>(31.5 / period_s);
+      torque[at] += 60;
+      torque[at + 40] -= 60;
+      const std::string found = noticed(diagnose({source}, base()));
+      EXPECT_TRUE(contains(found, "torque_measured_Nm 2 (")) << found;
+    }
+}
+
+TEST(Diagnosis, APushOfOneRowThatTheMotionAnswersIsNoSpike) {
+  for (const bool answered : {true, false}) {
+    SCOPED_TRACE(answered);
+    Source source = healthy();
+    std::vector<double>& torque = column(source, "torque_measured_Nm");
+    std::vector<double>& position = column(source, "position_rad");
+    const double push_Nm = 8;
+    for (const std::size_t at : {1500U, 4500U, 7500U}) {
+      torque[at] += push_Nm;
+      const double speed = answered ? push_Nm * kPeriod_s / kInertia_kg_m2 : 0;
+      for (std::size_t i = at + 1; i < position.size(); ++i)
+        position[i] += speed * kPeriod_s * (static_cast<double>(i - at) - 0.5);
+    }
+    remove(source, "velocity_rad_per_s");
+    const std::string found = noticed(diagnose({source}, base()));
+    EXPECT_EQ(contains(found, "3 (0.03 %) of the values are spikes"), !answered) << found;
+  }
+}
+
+/// A joint that accelerates evenly at 100 Hz: its speed follows no torque of one row.
+TEST(Diagnosis, AGlitchDuringAnEvenAccelerationIsASpike) {
+  constexpr double kAcceleration = 20;
+  constexpr double kStep_s = 0.01;
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> noise(0, 2e-3);
+  Source source{.name = "a.csv", .recording = {}};
+  std::vector<double> time, position, torque;
+  for (int i = 0; i < 2000; ++i) {
+    // A second up, a second down.
+    const double t = kStep_s * i;
+    const double within = std::fmod(t, 1.0);
+    const bool up = static_cast<int>(t) % 2 == 0;
+    const double v = kAcceleration * (up ? within : 1 - within);
+    const double way = kAcceleration * (up ? 0.5 * within * within : within - 0.5 * within * within);
+    time.push_back(t);
+    position.push_back(kTick_rad * std::round((std::floor(t) * 0.5 * kAcceleration + way) / kTick_rad));
+    torque.push_back((up ? 1 : -1) * kInertia_kg_m2 * kAcceleration + kCoulomb_Nm + kViscous * v +
+                     noise(random));
+  }
+  for (const std::size_t at : {250U, 650U, 1250U}) torque[at] += 8;
+  source.recording.columns = {{"time_s", time}, {"position_rad", position}, {"torque_measured_Nm", torque}};
+  const std::string found = noticed(diagnose({source}, base()));
+  EXPECT_TRUE(contains(found, "torque_measured_Nm 3 (")) << found;
+}
+
+/// A command that steps beside a spike has no peak of its own; one that peaks where nothing moves has.
+TEST(Diagnosis, OnlyAPeakOfTheCommandConfirmsOneOfTheTorque) {
+  for (const bool peaks : {false, true}) {
+    SCOPED_TRACE(peaks);
+    Source source = healthy();
+    std::vector<double>& torque = column(source, "torque_measured_Nm");
+    std::vector<double> command(torque.size(), 0.0);
+    for (const std::size_t at : {2500U, 4500U}) {
+      torque[at] += 8;
+      if (peaks)
+        command[at - 2] = 8;
+      else
+        for (std::size_t i = at; i < at + 500; ++i) command[i] = 8;
+    }
+    source.recording.columns.push_back({"torque_command_Nm", command});
+    const std::string found = noticed(diagnose({source}, base()));
+    EXPECT_EQ(contains(found, "torque_measured_Nm 2 (0.02 %) of the values are spikes"), !peaks) << found;
+  }
+}
+
+TEST(Diagnosis, ATorqueThatSwitchesBetweenAFewValuesIsNotSaturated) {
+  Source source = healthy();
+  std::vector<double>& torque = column(source, "torque_measured_Nm");
+  for (std::size_t i = 0; i < torque.size(); ++i) torque[i] = i % 500 < 20 ? 0 : i % 1000 < 500 ? 0.8 : -0.8;
+  EXPECT_TRUE(refusal(source).starts_with("accepted")) << refusal(source);
+  EXPECT_FALSE(contains(refusal(source), "saturated"));
+}
+
+TEST(Diagnosis, QuickMotionOfAJointThatMostlyRestsIsNoJump) {
+  // Twelve moves in ten minutes at 50 Hz, each of 0.12 s.
+  Source source{.name = "a.csv", .recording = {}};
+  std::vector<double> time, position, torque;
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> noise(0, 2e-3);
+  constexpr double kMove_s = 0.12;
+  for (int i = 0; i < 30000; ++i) {
+    const double t = 0.02 * i;
+    const double since = std::clamp((std::fmod(t, 50) - 20.005) / kMove_s, 0.0, 1.0);
+    const double way = since * since * (3 - 2 * since);
+    const bool back = static_cast<int>(t / 50) % 2 == 1;
+    time.push_back(t);
+    position.push_back(kTick_rad * std::round(2 * (back ? 1 - way : way) / kTick_rad));
+    torque.push_back(noise(random));
+  }
+  source.recording.columns = {{"time_s", time}, {"position_rad", position}, {"torque_measured_Nm", torque}};
+  EXPECT_TRUE(refusal(source).starts_with("accepted")) << refusal(source);
+  EXPECT_FALSE(contains(refusal(source), "position_rad jumps")) << refusal(source);
+  std::vector<double>& moved = column(source, "position_rad");
+  for (std::size_t i = 15000; i < moved.size(); ++i) moved[i] += 1;
+  EXPECT_TRUE(contains(refusal(source), "position_rad jumps 1 times")) << refusal(source);
+  moved[15000] -= 0.4;  // spread over two rows by a resampler
+  EXPECT_TRUE(contains(refusal(source), "position_rad jumps 2 times")) << refusal(source);
+}
+
 TEST(Diagnosis, AWrappedPositionIsUnwrapped) {
   Source source = healthy();
   const Source clean = source;

@@ -110,6 +110,12 @@ Answers run(const std::vector<CaseSpec>& cases, const Arguments& arguments) {
   return answers;
 }
 
+/// Of a column: a to z, then A to Z.
+char letter(std::size_t column) {
+  constexpr std::size_t kAlphabet = 26;
+  return static_cast<char>(column < kAlphabet ? 'a' + column : 'A' + column - kAlphabet);
+}
+
 /// Rows: effects in the data. Columns: named effects, a dot for never.
 void print_confusion(const std::vector<Judgement>& judgements) {
   std::vector<std::string> columns;
@@ -129,9 +135,9 @@ void print_confusion(const std::vector<Judgement>& judgements) {
   }
   std::printf("\nIn the data, against what was named; `-` is nothing:\n");
   for (std::size_t i = 0; i < columns.size(); ++i)
-    std::printf("%c %s%s", static_cast<char>('a' + i), columns[i].c_str(), i % 6 == 5 ? "\n" : "  ");
+    std::printf("%c %s%s", letter(i), columns[i].c_str(), i % 6 == 5 ? "\n" : "  ");
   std::printf("\n%-32s", "");
-  for (std::size_t i = 0; i < columns.size(); ++i) std::printf("%3c", static_cast<char>('a' + i));
+  for (std::size_t i = 0; i < columns.size(); ++i) std::printf("%3c", letter(i));
   std::printf("\n");
   for (const std::string& row : rows) {
     std::printf("%-32s", row.c_str());

@@ -182,4 +182,49 @@ TEST(GapSearch, CoggingIsFoundOverHundredsOfTurns) {
   EXPECT_GT(result.effects[0].held_out_gain, 0);
 }
 
+/// Each effect is large in the residual of the other, from which chance is drawn: a torque that is the same
+/// for a minute then has a random sign in each of ten stretches, and all signs are the same in one draw of
+/// 500.
+TEST(GapSearch, OneLargeEffectIsNoNoiseOfAnother) {
+  constexpr double kInertia = 0.02;
+  constexpr double kLess = 0.006;
+  constexpr double kOffset_Nm = 0.04;
+  constexpr double kPeriod_s = 5e-3;
+  const auto shaken = [&](const std::string& name, unsigned seed) {
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> noise(0, 2e-3);
+    identification::gap::Source source{.name = name, .recording = {}};
+    std::vector<double> time, position, torque;
+    for (int i = 0; i < 12'000; ++i) {
+      const double t = i * kPeriod_s;
+      double at_rad = 0;
+      double v = 0;
+      double a = 0;
+      for (const double w : {1.1, 2.3, 4.7, 9.1}) {
+        const double phase = w * t + w * seed;
+        at_rad += 3 / w * std::sin(phase);
+        v += 3 * std::cos(phase);
+        a -= 3 * w * std::sin(phase);
+      }
+      time.push_back(t);
+      position.push_back(at_rad);
+      torque.push_back((kInertia - kLess) * a + std::copysign(0.15, v) + 0.03 * v + kOffset_Nm +
+                       noise(random));
+    }
+    source.recording.columns = {{"time_s", time}, {"position_rad", position}, {"torque_measured_Nm", torque}};
+    return source;
+  };
+  const model::effects::DriveModel base{
+      .name = "bench",
+      .inertia_kg_m2 = kInertia,
+      .torque_noise_Nm = 2e-3,
+      .effects = {model::effects::make_effect("coulomb", {{"torque_Nm", 0.15}}),
+                  model::effects::make_effect("viscous", {{"coefficient_Nm_s_per_rad", 0.03}})}};
+  const auto result =
+      identification::gap::analyse(base, {shaken("a.csv", 1), shaken("b.csv", 2)}, {shaken("c.csv", 3)});
+  std::vector<std::string> names;
+  for (const auto& found : result.effects) names.emplace_back(model::effects::name_of(found.effect));
+  EXPECT_EQ(names, (std::vector<std::string>{"inertia", "torque_offset"}));
+}
+
 }  // namespace gap_test

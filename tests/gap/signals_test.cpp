@@ -166,4 +166,17 @@ TEST(GapSignals, RefusesWhatCannotBeUsedWithTheFileAndTheReason) {
   EXPECT_NE(refusal({blind}).find("torque_measured_Nm"), std::string::npos);
 }
 
+TEST(GapSignals, LevelsOfATorqueAreNoResolutionOfItsSensor) {
+  Source levels = source(even_times(1e-3, 40));
+  std::vector<double>& torque = levels.recording.columns[1].values;
+  std::mt19937_64 random(4);
+  std::normal_distribution<double> noise(0, 1e-3);
+  // Ten times a second to the other side.
+  for (std::size_t i = 0; i < torque.size(); ++i) torque[i] = (i / 100) % 2 == 0 ? 0.8 : -0.8;
+  EXPECT_EQ(choose_band({levels}, kBase).torque_sigma_Nm, 0);
+  // A sensor in steps of 0.02 N·m: 0.02/√12.
+  for (double& value : torque) value = 0.02 * std::round((value + 20 * noise(random)) / 0.02);
+  EXPECT_GT(choose_band({levels}, kBase).torque_sigma_Nm, 0.005);
+}
+
 }  // namespace signals_test

@@ -5,8 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
+#include <map>
 #include <set>
+#include <string>
 #include <vector>
+
+#include "tests/support/built_paths.h"
 
 namespace identification::gap {
 namespace gap_candidates_test {
@@ -73,10 +78,71 @@ TEST(Candidates, TheirColumnsAreWhatTheEffectsDo) {
     fitted.model.effects.push_back(model::effects::make_effect("imbalance", {{"torque_Nm", 0.02}}));
     expect_columns_are_the_effects(fitted, rows, seen);
   }
-  for (const char* effect : {"quadratic_drag", "stribeck", "midspeed_dip", "torque_offset",
-                             "direction_asymmetry", "thermal_drift", "imbalance", "load_friction", "inertia",
-                             "presliding", "backlash", "elasticity", "torque_deadband", "transport_delay"})
+  for (const char* effect :
+       {"quadratic_drag", "stribeck", "midspeed_dip", "torque_offset", "direction_asymmetry", "thermal_drift",
+        "imbalance", "spring", "load_friction", "inertia", "presliding", "backlash", "elasticity",
+        "torque_deadband", "transport_delay"})
     EXPECT_TRUE(seen.contains(effect)) << effect;
+}
+
+/// Of effects: a row for each, its name and the cell beside it.
+std::map<std::string, std::string> searched_by_the_readme() {
+  std::map<std::string, std::string> table;
+  std::ifstream file(support::source_dir() + "/apps/youbot_gap/README.md");
+  bool here = false;
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("#")) here = line == "### Effects that the search looks for";
+    if (!here || !line.starts_with("| `")) continue;
+    const std::size_t end = line.find('`', 3);
+    const std::size_t cell = line.find("| ", end) + 2;
+    table[line.substr(3, end - 3)] = line.substr(cell, line.find(" |", cell) - cell);
+  }
+  return table;
+}
+
+TEST(Candidates, TheReadmeSaysWhichEffectsAreSearched) {
+  // A ripple is found by its spectrum; others before the search, from command and measured torque.
+  std::set<std::string_view> searched{"cogging",       "unsigned_current", "torque_saturation",
+                                      "actuator_gain", "actuator_offset",  "torque_sensor_offset"};
+  FittedModel fitted{.model = {.name = "bench", .inertia_kg_m2 = 0.01}, .given_inertia_kg_m2 = 0.01};
+  for (const bool commanded_only : {false, true}) {
+    const Source source = motion(commanded_only);
+    const std::vector<Signals> signals = {make_signals(source, choose_band({source}, fitted.model))};
+    const Rows rows(signals);
+    for (const char* known : {"", "coulomb", "imbalance"}) {
+      fitted.model.effects.clear();
+      if (*known != 0) fitted.model.effects.push_back(model::effects::make_effect(known));
+      for (const Candidate& candidate : make_dictionary(fitted, rows).candidates)
+        searched.insert(candidate.effect);
+    }
+  }
+  const std::map<std::string, std::string> table = searched_by_the_readme();
+  for (const auto& effect : model::effects::effect_descriptions()) {
+    const auto row = table.find(std::string(effect.name));
+    ASSERT_NE(row, table.end()) << effect.name;
+    EXPECT_EQ(row->second, searched.contains(effect.name) ? "yes" : "no") << effect.name;
+  }
+  EXPECT_EQ(table.size(), model::effects::effect_descriptions().size());
+}
+
+// Torque and motion reverse together by construction: nothing that gives could show.
+TEST(Candidates, NothingThatGivesIsTriedOnATorqueWithTheSignOfTheMotion) {
+  FittedModel fitted{.model = {.name = "bench", .inertia_kg_m2 = 0.01}, .given_inertia_kg_m2 = 0.01};
+  fitted.model.effects = {model::effects::make_effect("coulomb", {{"torque_Nm", 0.05}})};
+  Source source = motion(false);
+  for (const bool by_motion : {false, true}) {
+    source.signed_by_motion = by_motion;
+    const std::vector<Signals> signals = {make_signals(source, choose_band({source}, fitted.model))};
+    const Rows rows(signals);
+    const Dictionary dictionary = make_dictionary(fitted, rows);
+    for (const char* effect : {"presliding", "backlash", "elasticity"})
+      EXPECT_EQ(
+          std::ranges::find(dictionary.candidates, effect, &Candidate::effect) == dictionary.candidates.end(),
+          by_motion)
+          << effect;
+    EXPECT_NE(std::ranges::find(dictionary.candidates, "inertia", &Candidate::effect),
+              dictionary.candidates.end());
+  }
 }
 
 // A friction curve that bends down is another cause: no medium drags the joint along.
