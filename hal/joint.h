@@ -51,6 +51,9 @@ enum class JointFault : std::uint8_t {
   kWheelsDisagree,     ///< not a possible rolling motion of four wheels
   kOpposedMotion,      ///< the joint keeps moving against its torque
   kHallDisagrees,      ///< Hall sensors and encoder of the motor disagree
+  kHallSensesDiffer,   ///< Hall sensors and encoders of the four wheels do not count in the same sense
+  kAwayFromTarget,     ///< a joint in position mode moves away from its target
+  kBaseDrivenBack,     ///< the base moves against the torques of its wheels
 };
 
 /// Allowed range of a joint; unlimited by default, as for a wheel.

@@ -77,6 +77,15 @@ const char* describe(JointFault fault) noexcept {
     case JointFault::kHallDisagrees:
       return "its motor's Hall sensors do not turn as its encoder counts: the encoder or its scale is wrong, "
              "or a Hall sensor";
+    case JointFault::kHallSensesDiffer:
+      return "the four wheels' Hall sensors and encoders do not count in the same sense: an encoder counts "
+             "backwards, or a board differs in parameter 251 or 254";
+    case JointFault::kAwayFromTarget:
+      return "it moves away from the target of its position controller: the encoder counts backwards, or "
+             "something pushes the joint";
+    case JointFault::kBaseDrivenBack:
+      return "the base moves against the torques of its wheels: their encoders or motors turn backwards, or "
+             "something pushes the base";
   }
   return "unknown joint fault";
 }

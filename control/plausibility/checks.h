@@ -16,11 +16,12 @@ enum class PlausibilityCheck : std::size_t {
   kWheelAgreement,
   kOpposedMotion,
   kHallAgreement,
+  kAwayFromTarget,
 };
 /// Names in configuration files and docs/safety.md, in the order above.
 inline constexpr auto kPlausibilityCheckNames = std::to_array<std::string_view>(
     {"still_encoder", "velocity_agreement", "velocity_step", "torque_agreement", "wheel_agreement",
-     "opposed_motion", "hall_agreement"});
+     "opposed_motion", "hall_agreement", "away_from_target"});
 
 /// The disabled checks, for a robot on which a check raises false alarms or a bus on which it cannot judge.
 /// None by default.

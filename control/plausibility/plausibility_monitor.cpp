@@ -1,6 +1,7 @@
 #include "control/plausibility/plausibility_monitor.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <string_view>
@@ -72,6 +73,9 @@ PlausibilityMonitor::PlausibilityMonitor(std::span<const hal::JointInfo> joints,
       joints.size() >= kWheels && std::all_of(joints.begin(), joints.begin() + kWheels, is_wheel);
   if (base && wheels == Wheels::kRolling && !off.has(PlausibilityCheck::kWheelAgreement))
     wheels_.emplace().restart();
+  if (base && !off.has(PlausibilityCheck::kHallAgreement)) senses_.emplace();
+  if (base && wheels == Wheels::kRolling && !off.has(PlausibilityCheck::kOpposedMotion))
+    driven_back_.emplace(joints.front().torque_limit_Nm);
   if (!base || joints.size() != kWheels + kArmJoints || off.has(PlausibilityCheck::kOpposedMotion)) return;
   arm_.emplace(Arm{RobotModel(arm), {}});
   for (const hal::JointInfo& joint : joints) arm_->joints.emplace_back(joint.torque_limit_Nm);
@@ -84,8 +88,11 @@ void PlausibilityMonitor::restart() noexcept {
     joint.torque.restart();
     joint.step.restart();
     joint.hall.restart();
+    joint.away.restart();
   }
   if (wheels_) wheels_->restart();
+  if (senses_) senses_->restart();
+  if (driven_back_) driven_back_->restart();
   if (arm_)
     for (OpposedMotion& joint : arm_->joints) joint.restart();
 }
@@ -117,6 +124,7 @@ std::optional<PlausibilityMonitor::Finding> PlausibilityMonitor::update(const ha
     if (fault != hal::JointFault::kNone && !finding) finding = {fault, static_cast<int>(i)};
     if (joints_[i].step.full()) without_steps_s_ = 0.0;
   }
+  if (!finding) finding = check_senses(time.elapsed_s);
   if (wheels_) {
     const std::optional<int> wheel = wheels_->update(wheels_of(sample, &hal::JointSample::position_rad),
                                                      wheels_of(sample, &hal::JointSample::torque_Nm), time);
@@ -127,7 +135,40 @@ std::optional<PlausibilityMonitor::Finding> PlausibilityMonitor::update(const ha
     const std::optional<Finding> opposed = check_arm(command, sample, time);
     if (!finding) finding = opposed;
   }
+  if (driven_back_) {
+    const std::optional<Finding> base = check_base(command, sample, time.elapsed_s);
+    if (!finding) finding = base;
+  }
   return finding;
+}
+
+std::optional<PlausibilityMonitor::Finding> PlausibilityMonitor::check_senses(double elapsed_s) noexcept {
+  if (!senses_) return std::nullopt;
+  std::array<int, kWheels> senses{};
+  for (std::size_t i = 0; i < kWheels; ++i) senses[i] = joints_[i].hall.sense();
+  const std::optional<int> wheel = senses_->update(senses, elapsed_s);
+  if (!wheel) return std::nullopt;
+  return Finding{hal::JointFault::kHallSensesDiffer, *wheel};
+}
+
+std::optional<PlausibilityMonitor::Finding> PlausibilityMonitor::check_base(const hal::RobotCommand& command,
+                                                                            const hal::RobotSample& sample,
+                                                                            double elapsed_s) noexcept {
+  WheelVector torque_Nm;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    // In the other modes the drive chooses its torque.
+    if (command.joints[i].mode != hal::CommandMode::kTorque) {
+      driven_back_->restart();
+      return std::nullopt;
+    }
+    torque_Nm[static_cast<Eigen::Index>(i)] = command.joints[i].target;
+  }
+  double arm_J = 0.0;
+  if (arm_)
+    for (std::size_t i = kWheels; i < arm_->joints.size(); ++i) arm_J += arm_->joints[i].put_in_J();
+  if (!driven_back_->update(wheels_of(sample, &hal::JointSample::position_rad), torque_Nm, arm_J, elapsed_s))
+    return std::nullopt;
+  return Finding{hal::JointFault::kBaseDrivenBack, -1};
 }
 
 /// The only wheel whose Hall sensors contradict its encoder, though not yet often enough for a finding of
@@ -197,6 +238,7 @@ hal::JointFault PlausibilityMonitor::check(Joint& joint, const hal::JointCommand
   const bool torque = joint.torque.update(sample.position_rad, sample.torque_Nm, time.elapsed_s);
   const bool step = joint.step.update(sample.position_rad, time);
   const bool hall = joint.hall.update(sample.rotor, time.elapsed_s);
+  const bool away = joint.away.update(command, sample.position_rad, time);
   const auto on = [this](PlausibilityCheck check) { return !off_.has(check); };
   // First the check that identifies the joint whatever else is wrong.
   if (hall && on(PlausibilityCheck::kHallAgreement)) return hal::JointFault::kHallDisagrees;
@@ -204,6 +246,7 @@ hal::JointFault PlausibilityMonitor::check(Joint& joint, const hal::JointCommand
   if (velocity && on(PlausibilityCheck::kVelocityAgreement)) return hal::JointFault::kVelocityDisagrees;
   if (step && on(PlausibilityCheck::kVelocityStep)) return hal::JointFault::kVelocityStep;
   if (torque && on(PlausibilityCheck::kTorqueAgreement)) return hal::JointFault::kTorqueDisagrees;
+  if (away && on(PlausibilityCheck::kAwayFromTarget)) return hal::JointFault::kAwayFromTarget;
   return hal::JointFault::kNone;
 }
 

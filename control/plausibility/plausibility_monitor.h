@@ -5,10 +5,13 @@
 #include <span>
 #include <vector>
 
+#include "control/plausibility/away_from_target.h"
+#include "control/plausibility/base_driven_back.h"
 #include "control/plausibility/checks.h"
 #include "control/plausibility/hall_agreement.h"
 #include "control/plausibility/opposed_motion.h"
 #include "control/plausibility/sample_time.h"
+#include "control/plausibility/sense_vote.h"
 #include "control/plausibility/still_encoder.h"
 #include "control/plausibility/torque_agreement.h"
 #include "control/plausibility/velocity_agreement.h"
@@ -27,7 +30,7 @@ class PlausibilityMonitor {
  public:
   struct Finding {
     hal::JointFault fault = hal::JointFault::kNone;
-    int joint = -1;  ///< -1: one of the wheels, unknown which
+    int joint = -1;  ///< -1: of the wheels, one or several, unknown which
   };
 
   /// Whether the wheels carry the robot, so that they turn together, or each turns freely in the air.
@@ -57,6 +60,7 @@ class PlausibilityMonitor {
     TorqueAgreement torque;
     VelocityStep step;
     HallAgreement hall{};
+    AwayFromTarget away{};
   };
   hal::JointFault check(Joint& joint, const hal::JointCommand& command, const hal::JointSample& sample,
                         const SampleTime& time) const noexcept;
@@ -64,11 +68,16 @@ class PlausibilityMonitor {
   std::optional<Finding> check_arm(const hal::RobotCommand& command, const hal::RobotSample& sample,
                                    const SampleTime& time) noexcept;
 
+  std::optional<Finding> check_senses(double elapsed_s) noexcept;
+  std::optional<Finding> check_base(const hal::RobotCommand& command, const hal::RobotSample& sample,
+                                    double elapsed_s) noexcept;
   int suspect_wheel() const noexcept;
 
   ChecksOff off_;
   std::vector<Joint> joints_;
   std::optional<WheelAgreement> wheels_;
+  std::optional<SenseVote> senses_;            // if the robot has a base
+  std::optional<BaseDrivenBack> driven_back_;  // if it rolls
   struct Arm {
     RobotModel model;
     std::vector<OpposedMotion> joints;  // of all joints, in order: wheels also put in energy

@@ -42,7 +42,7 @@ TEST(PlausibilityConfig, AnUnknownCheckIsRefusedWithTheNamesOfAll) {
     EXPECT_NE(error.problems().front().find(
                   "lab.toml:2: 'plausibility.off' has no check 'wheels' to switch off, but still_encoder, "
                   "velocity_agreement, velocity_step, torque_agreement, wheel_agreement, opposed_motion, "
-                  "hall_agreement"),
+                  "hall_agreement, away_from_target"),
               std::string::npos)
         << error.what();
   }

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <functional>
@@ -12,9 +13,12 @@
 #include <vector>
 
 #include "control/link_map.h"
+#include "control/plausibility/away_from_target.h"
+#include "control/plausibility/base_driven_back.h"
 #include "control/plausibility/hall_agreement.h"
 #include "control/plausibility/opposed_motion.h"
 #include "control/plausibility/plausibility_monitor.h"
+#include "control/plausibility/sense_vote.h"
 #include "control/plausibility/still_encoder.h"
 #include "control/plausibility/torque_agreement.h"
 #include "control/plausibility/velocity_agreement.h"
@@ -778,6 +782,233 @@ TEST(OpposedMotion, NorForOneThatCountsBackwardsFromPowerUpAsTheyKnowNoSense) {
   EXPECT_EQ(right.opposed_s, kNever);
 }
 
+// ---- a base that moves against its torques ----
+
+/// A base of 48 kg, its wheels included, with friction, on a spring and a damper to a reference that
+/// moves at `velocity(t)` along `direction`, a unit twist in the metric of the wheels' rims. Its motors
+/// add the friction in the direction of the motion that the encoders show, at rest in that of the force.
+struct DrivenBase {
+  double encoder = 1;  // how the encoders count
+  double motor = 1;    // how the motors turn
+  control::PlanarVector direction = {1, 0, 0};
+  double friction_N = 25;
+  double limit_N = 60;
+  std::function<double(double)> velocity = [](double /*t*/) { return 0.0; };
+  std::function<double(double)> push_N = [](double /*t*/) { return 0.0; };
+
+  struct Result {
+    double at_s = kNever;
+    double astray_m = 0.0;
+  };
+  Result run(double duration_s = 3.0) const {
+    const control::LinkMap map = control::LinkMap::with_geometry({});
+    control::BaseDrivenBack check(2.467);
+    const control::WheelVector turn = map.wheel_velocity(direction);  // of the wheels for a metre
+    double x = 0, v = 0, reference_m = 0;
+    Result result;
+    result.at_s = detected_s(duration_s, [&](double t) {
+      reference_m += velocity(t) * kPeriod_s;
+      reference_m = std::clamp(reference_m, encoder * x - 0.1, encoder * x + 0.1);
+      const double spring_N = 150 * (reference_m - encoder * x) + 150 * (velocity(t) - encoder * v);
+      double force_N = std::clamp(spring_N, -limit_N, limit_N);
+      const double shown_m_per_s = encoder * v;
+      if (std::abs(shown_m_per_s) > 0.002)
+        force_N += std::copysign(0.95 * friction_N, shown_m_per_s);
+      else if (std::abs(force_N) > 0.5)
+        force_N += std::copysign(0.95 * friction_N, force_N);
+      const double driving_N = motor * force_N + push_N(t);
+      const double stopping_N = driving_N + 48 * v / kPeriod_s;
+      v += (driving_N - std::clamp(stopping_N, -friction_N, friction_N)) / 48 * kPeriod_s;
+      x += v * kPeriod_s;
+      const control::WheelVector shown_rad = (encoder * x * turn).unaryExpr(&counted);
+      // Of the wheels, the torques whose work is that of the force: along their motion.
+      const control::WheelVector torque_Nm = force_N / turn.squaredNorm() * turn;
+      return check.update(shown_rad, torque_Nm, 0.0, kPeriod_s);
+    });
+    result.astray_m = std::abs(x);
+    return result;
+  }
+};
+/// From half a second on.
+double drives_off(double t) { return t < 0.5 ? 0.0 : 0.3; }
+const std::vector<control::PlanarVector> kDirections{
+    {1, 0, 0}, {0, -1, 0}, {std::sqrt(0.5), std::sqrt(0.5), 0}, {0, 0, 1 / 0.385}};
+
+TEST(BaseDrivenBack, FourReversedEncodersAreSeenOnTheFirstCentimetres) {
+  for (const control::PlanarVector& direction : kDirections) {
+    const auto found = DrivenBase{.encoder = -1, .direction = direction, .velocity = drives_off}.run();
+    ASSERT_NE(found.at_s, kNever) << direction.transpose();
+    EXPECT_LT(found.astray_m, 0.05) << direction.transpose();
+  }
+}
+
+TEST(BaseDrivenBack, FourReversedMotorsAreSeenOnTheFirstCentimetres) {
+  for (const control::PlanarVector& direction : kDirections) {
+    const auto found = DrivenBase{.motor = -1, .direction = direction, .velocity = drives_off}.run();
+    ASSERT_NE(found.at_s, kNever) << direction.transpose();
+    EXPECT_LT(found.astray_m, 0.05) << direction.transpose();
+  }
+}
+
+TEST(BaseDrivenBack, DrivingBrakingAndTurningBackAreNot) {
+  for (const double friction_N : {5.0, 25.0, 100.0})
+    for (const double frequency : {1.0, 5.0, 20.0})
+      EXPECT_EQ(
+          kNever,
+          (DrivenBase{.friction_N = friction_N,
+                      .velocity = [=](double t) { return t < 0.5 ? 0.0 : 0.8 * std::sin(frequency * t); }}
+               .run(6)
+               .at_s))
+          << friction_N << " N, " << frequency << " rad/s";
+}
+
+/// Against motors that drive it forward or hold it, with 16 N more than its friction.
+TEST(BaseDrivenBack, APersonMayPushABaseBackThatWasNeverSeenToObey) {
+  for (const double friction_N : {0.0, 20.0, 34.0, 100.0})
+    for (const double velocity : {0.0, 0.3})
+      for (const double pushed_s : {0.05, 0.2, 0.5, 2.0}) {
+        const DrivenBase base{
+            .friction_N = friction_N,
+            .velocity = [=](double t) { return t < 0.5 ? 0.0 : velocity; },
+            .push_N = [=](double t) { return t > 0.4 && t < 0.4 + pushed_s ? -(friction_N + 16) : 0.0; }};
+        EXPECT_EQ(base.run().at_s, kNever)
+            << friction_N << " N, for " << pushed_s << " s at " << velocity << " m/s";
+      }
+}
+
+TEST(BaseDrivenBack, OneThatWasSeenToObeyMayBePushedBackAsFarAsOneLikes) {
+  const auto pushed_after = [](double drives_s) {
+    return DrivenBase{.velocity = [=](double t) { return t > 0.5 && t < 0.5 + drives_s ? 0.3 : 0.0; },
+                      .push_N = [](double t) { return t > 3 && t < 4 ? -250.0 : 0.0; }}
+        .run(5);
+  };
+  EXPECT_EQ(pushed_after(1.0).at_s, kNever);
+  EXPECT_GT(pushed_after(0.0).at_s, 3.0) << "before, a force of four wheels is taken for theirs";
+}
+
+TEST(BaseDrivenBack, NorIsABaseThatRollsDownASlopeAgainstItsBrake) {
+  // 10 degrees under 30 kg.
+  EXPECT_EQ(
+      kNever,
+      (DrivenBase{.friction_N = 20, .limit_N = 10, .push_N = [](double t) { return t > 0.5 ? -51.0 : 0.0; }}
+           .run(10)
+           .at_s));
+}
+
+/// The check begins in motion, after a gap in the samples.
+TEST(BaseDrivenBack, ABaseThatBrakesAfterAGapIsJudgedFromItsRestOn) {
+  control::BaseDrivenBack check(2.467);
+  const control::WheelVector forward(-1, 1, -1, 1);
+  double q = 0, v = 16;
+  EXPECT_EQ(kNever, detected_s(1.5, [&](double t) {
+              const double torque_Nm = t < 1 ? -2 : 0;  // of 0.125 kg·m² for each wheel
+              v = std::max(0.0, v - 16 * kPeriod_s);
+              q += v * kPeriod_s;
+              return check.update(q * forward, torque_Nm * forward, 0.0, kPeriod_s);
+            }));
+}
+
+// ---- a joint that moves away from its target ----
+
+/// A joint in position mode from `from_s` on, whose drive turns it towards `target(t)` by what its encoder
+/// shows, with a ramp, and whose encoder counts `sense` times its way. Before, it moves at `velocity`.
+struct PositionedJoint {
+  double sense = 1;
+  double from_s = 0.2;
+  double velocity = 0.0;
+  std::function<double(double t, double begin_rad)> target = [](double, double begin_rad) {
+    return begin_rad;
+  };
+  std::function<double(double t)> disturbed_rad = [](double) { return 0.0; };
+
+  struct Result {
+    double at_s = kNever;
+    double turned_rad = 0.0;
+  };
+  Result run(double duration_s = 4.0) const {
+    constexpr double kRamp = 1.34;  // rad/s²: 2000 rpm/s behind the gear of 156
+    control::AwayFromTarget check;
+    double q = 0, v = velocity, ramp = velocity, begin_rad = 0, begin_shown = 0;
+    Result result;
+    result.at_s = detected_s(duration_s, [&](double t) {
+      const double shown_rad = std::round((sense * q + disturbed_rad(t)) / 1e-5) * 1e-5;
+      hal::JointCommand command = hal::JointCommand::velocity_rad_per_s(velocity);
+      if (t < from_s) {
+        begin_rad = q;
+        begin_shown = shown_rad;
+      } else {
+        command = hal::JointCommand::position_rad(target(t - from_s, begin_shown));
+        const double left_rad = command.target - shown_rad;
+        const double wanted = std::copysign(
+            std::min({10 * std::abs(left_rad), std::sqrt(2 * kRamp * std::abs(left_rad)), 1.57}), left_rad);
+        ramp = std::clamp(wanted, ramp - kRamp * kPeriod_s, ramp + kRamp * kPeriod_s);
+        v += (ramp - v) * kPeriod_s / 0.02;
+      }
+      q += v * kPeriod_s;
+      return check.update(command, shown_rad, {kPeriod_s});
+    });
+    result.turned_rad = std::abs(q - begin_rad);
+    return result;
+  }
+};
+double unfolds(double t, double begin_rad) { return begin_rad + std::min(0.4 * t, 1.0); }
+
+TEST(AwayFromTarget, AReversedEncoderIsSeenBeforeTheJointHasTurnedByATwentiethOfARadian) {
+  const auto found = PositionedJoint{.sense = -1, .target = unfolds}.run();
+  ASSERT_NE(found.at_s, kNever);
+  EXPECT_LT(found.turned_rad, 0.05);
+  EXPECT_EQ((PositionedJoint{.target = unfolds}.run().at_s), kNever);
+}
+
+TEST(AwayFromTarget, AJointThatBrakesWhenItsModeChangesIsNot) {
+  for (const double velocity : {0.3, -1.0, 1.57}) {
+    const PositionedJoint braked{.velocity = velocity};
+    EXPECT_EQ(braked.run().at_s, kNever) << velocity << " rad/s";
+  }
+}
+
+TEST(AwayFromTarget, NorOneWhoseTargetTurnsRound) {
+  for (const double frequency : {1.0, 3.0, 10.0})
+    EXPECT_EQ((PositionedJoint{.target =
+                                   [=](double t, double begin_rad) {
+                                     return begin_rad + std::copysign(0.5, std::sin(frequency * t));
+                                   }}
+                   .run(10)
+                   .at_s),
+              kNever)
+        << frequency << " rad/s";
+}
+
+/// By 0.02 rad in 30 ms, until the controller's integral carries it.
+TEST(AwayFromTarget, NorOneThatSinksWhenTheControllerTakesItsWeight) {
+  EXPECT_EQ((PositionedJoint{
+                .disturbed_rad = [](double t) { return -0.02 * std::clamp((t - 0.2) / 0.03, 0.0, 1.0); }}
+                 .run()
+                 .at_s),
+            kNever);
+}
+
+TEST(AwayFromTarget, NorOneWithASingleWrongPosition) {
+  for (const double wrong_rad : {0.12, -0.12, 3e4}) {
+    int cycle = 0;
+    EXPECT_EQ((PositionedJoint{.target = unfolds,
+                               .disturbed_rad = [&](double) { return ++cycle % 397 == 0 ? wrong_rad : 0.0; }}
+                   .run()
+                   .at_s),
+              kNever)
+        << wrong_rad;
+  }
+}
+
+/// The torque does not distinguish them: the controller pulls towards its target in both cases.
+TEST(AwayFromTarget, AJointThatIsPushedAwayByMoreThanItSinksIsTakenForReversed) {
+  const auto pushed = [](double t) { return 0.06 * std::clamp((t - 1) / 0.1, 0.0, 1.0); };
+  control::AwayFromTarget check;
+  EXPECT_NE(kNever, detected_s(2, [&](double t) {
+              return check.update(hal::JointCommand::position_rad(0), pushed(t), {kPeriod_s});
+            }));
+}
+
 // ---- encoder and Hall sensors ----
 
 constexpr double kWheelTurns_per_rad = 33;  // eight pole pairs, gear 26
@@ -891,6 +1122,69 @@ TEST(HallAgreement, AHallSensorThatStopsInMotionIsSeen) {
   });
   EXPECT_GT(at_s, 2.0);
   EXPECT_LT(at_s, 2.3);
+}
+
+// ---- the senses of the four wheels ----
+
+/// Four wheels that start together, each reading its Hall sensors; `sense` of each encoder. The first wheel
+/// that is named, and after which motion.
+struct Vote {
+  std::optional<int> wheel;
+  double turned_rad = 0.0;
+};
+Vote vote(const std::array<double, 4>& sense, const std::array<double, 4>& speed = {1, 1, 1, 1}) {
+  control::SenseVote check;
+  std::array<control::HallAgreement, 4> agreement;
+  std::vector<support::HallSensors> hall(4, support::HallSensors(kWheelTurns_per_rad));
+  Vote result;
+  detected_s(3, [&](double t) {
+    std::array<int, 4> senses{};
+    for (std::size_t i = 0; i < 4; ++i) {
+      const double q = speed[i] * starts(t);
+      hall[i].update(q, counted(sense[i] * q));
+      EXPECT_FALSE(agreement[i].update(hall[i].reading(), kPeriod_s)) << "each agrees with itself";
+      senses[i] = agreement[i].sense();
+    }
+    result.wheel = check.update(senses, kPeriod_s);
+    result.turned_rad = starts(t);
+    return result.wheel.has_value();
+  });
+  return result;
+}
+
+TEST(SenseVote, AWheelThatCountsBackwardsFromTheStartIsNamedOnItsFirstMillimetres) {
+  for (std::size_t wheel = 0; wheel < 4; ++wheel)
+    for (const double others : {1.0, -1.0}) {
+      std::array<double, 4> sense{others, others, others, others};
+      sense[wheel] = -others;
+      const Vote found = vote(sense);
+      EXPECT_EQ(found.wheel, static_cast<int>(wheel));
+      EXPECT_LT(0.0475 * found.turned_rad, 0.005) << "m of way";
+    }
+}
+
+TEST(SenseVote, TwoAgainstTwoAreWrongAndNoneIsNamed) {
+  for (const std::array<double, 4>& sense :
+       {std::array<double, 4>{-1, -1, 1, 1}, {-1, 1, -1, 1}, {1, -1, -1, 1}})
+    EXPECT_EQ(vote(sense).wheel, -1);
+}
+
+TEST(SenseVote, FourWheelsOfOneSenseAgreeWhicheverItIs) {
+  EXPECT_EQ(vote({1, 1, 1, 1}).wheel, std::nullopt);
+  EXPECT_EQ(vote({-1, -1, -1, -1}).wheel, std::nullopt);
+}
+
+/// As when the base turns about one of its wheels, or a wheel has no Hall sensors that are read.
+TEST(SenseVote, AWheelThatRestsDoesNotHideTheWrongOne) {
+  EXPECT_EQ(vote({1, -1, 1, 1}, {1, 1, 1, 0}).wheel, 1);
+  EXPECT_EQ(vote({1, -1, 1, 1}, {0, 1, 1, 0}).wheel, -1) << "one against one";
+}
+
+TEST(SenseVote, ASenseThatIsKnownLateDecidesBetweenTheOthers) {
+  control::SenseVote check;
+  EXPECT_EQ(check.update({1, -1, 0, 0}, kPeriod_s), std::nullopt);
+  EXPECT_EQ(check.update({1, -1, -1, 0}, kPeriod_s), std::nullopt);
+  EXPECT_EQ(check.update({1, -1, -1, -1}, kPeriod_s), 0);
 }
 
 // ---- all together ----

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 #include <string>
+#include <vector>
 
 #include "runtime/monitored_robot.h"
 #include "tests/hal/ethercat_rig.h"
@@ -95,6 +96,37 @@ TEST(LyingWheel, WrongByAFactorFromTheStartEndsTheRunAndNamesNoOther) {
     }
 }
 
+/// A wheel's encoder that counts backwards from power-up differs from the three others' on the first
+/// centimetres; of two wheels it is not known which. Four that are reversed, or four motors that turn
+/// backwards, drive the base against its torques.
+TEST(LyingWheel, SeveralReversedFromTheStartEndTheRunOnTheFirstCentimetres) {
+  struct Reversed {
+    std::vector<std::size_t> wheels;
+    Channel channel = Channel::kEncoder;
+  };
+  for (const Reversed& reversed : {Reversed{{1}}, Reversed{{0, 2}}, Reversed{{0, 1}}, Reversed{{1, 2}},
+                                   Reversed{{0, 1, 2, 3}}, Reversed{{0, 1, 2, 3}, Channel::kMotor}})
+    for (const control::PlanarVector& twist :
+         {control::PlanarVector(0.3, 0, 0), control::PlanarVector(0, -0.3, 0),
+          control::PlanarVector(0, 0, 0.6)}) {
+      SCOPED_TRACE(testing::Message() << reversed.wheels.size() << " wheels from " << reversed.wheels.front()
+                                      << ", " << twist.transpose());
+      BaseRig rig;
+      rig.motion.tell(control::PlanarVector::Zero());
+      rig.run(500ms);
+      for (const std::size_t wheel : reversed.wheels) rig.liar.lie({wheel, reversed.channel, -1});
+      rig.motion.tell(twist);
+      rig.run(1s);
+      const runtime::StopReason& reason = rig.cycle.stop_reason();
+      ASSERT_EQ(reason.kind, runtime::StopReason::Kind::kRobotFault) << describe(reason, rig.robot);
+      if (reversed.wheels.size() == 1) {
+        EXPECT_EQ(reason.joint, 1) << describe(reason, rig.robot);
+      }
+      EXPECT_LT(std::hypot(rig.base.pose().x_m, rig.base.pose().y_m), 0.1);
+      EXPECT_LT(std::abs(rig.base.pose().yaw_rad), 0.2);
+    }
+}
+
 TEST(TrueWheels, EndNoRunOnAnyFloorUnderAnyLoad) {
   std::mt19937 random(20261123);
   std::uniform_real_distribution<> share(0, 1);
@@ -144,6 +176,23 @@ TEST_P(LyingArm, IsNamedBeforeTheJointHasGoneFar) {
     EXPECT_EQ(rig.cycle.stop_reason().status.joint, static_cast<int>(joint))
         << describe(rig.cycle.stop_reason(), rig.robot, &rig.master);
     EXPECT_LT(std::abs(rig.plant.arm_rad()[arm] - begin_rad), 0.2);
+  }
+}
+
+/// The board's position controller turns the motor by what its encoder shows.
+TEST(LyingArm, ReversedBeforeTheBoardsUnfoldTheArmIsNamedOnTheFirstHundredths) {
+  for (std::size_t joint = 4; joint < 9; ++joint) {
+    SCOPED_TRACE(joint - 3);
+    ArmRig rig{teleop_rig::Scene{}};
+    ASSERT_TRUE(rig.reach(TeleopPhase::kUnfolding));
+    const auto arm = static_cast<Eigen::Index>(joint - 4);
+    const double begin_rad = rig.plant.arm_rad()[arm];
+    rig.liar.lie({joint, Channel::kEncoder, -1});
+    rig.reach(TeleopPhase::kApproaching);
+    ASSERT_EQ(rig.cycle.task().end(), TeleopEnd::kRobotFault);
+    EXPECT_EQ(rig.cycle.stop_reason().status.joint, static_cast<int>(joint))
+        << describe(rig.cycle.stop_reason(), rig.robot, &rig.master);
+    EXPECT_LT(std::abs(rig.plant.arm_rad()[arm] - begin_rad), 0.1);
   }
 }
 

@@ -32,7 +32,7 @@ constexpr auto kBaseWindow = 1500ms;
 constexpr auto kArmWindow = 3000ms;
 
 constexpr std::array kBaseMotions{Motion::kFromRest, Motion::kStarting, Motion::kCreeping, Motion::kDriving};
-constexpr std::array kArmMotions{Motion::kApproach, Motion::kLed, Motion::kHeld};
+constexpr std::array kArmMotions{Motion::kUnfolding, Motion::kApproach, Motion::kLed, Motion::kHeld};
 constexpr int kDirections = 6;
 constexpr int kHands = 2;
 
@@ -118,9 +118,14 @@ class ArmRun {
   static constexpr auto kWindow = kArmWindow;
   ArmRun(const Start& start, const Conditions& conditions)
       : random_(conditions.seed + static_cast<std::uint32_t>(start.variant)),
-        rig_(scene(conditions.seed), conditions.off) {
+        rig_(scene(conditions.seed, start.motion), conditions.off) {
     rig_.bus.hold_up(support::LateAnswers(conditions.late, conditions.seed));
     const Motion motion = start.motion;
+    if (motion == Motion::kUnfolding) {
+      rig_.reach(control::TeleopPhase::kUnfolding);
+      rig_.run(start.variant == 0 ? 0ms : 1500ms);
+      return;
+    }
     if (motion == Motion::kApproach) {
       rig_.reach(control::TeleopPhase::kApproaching);
       rig_.run(start.variant == 0 ? 1500ms : 2500ms);
@@ -152,8 +157,9 @@ class ArmRun {
   std::string explain() const { return describe(rig_.cycle.stop_reason(), rig_.robot, &rig_.master); }
 
  private:
-  static teleop_rig::Scene scene(std::uint32_t seed) {
-    teleop_rig::Scene scene = teleop_rig::unfolded_scene();
+  static teleop_rig::Scene scene(std::uint32_t seed, Motion motion) {
+    teleop_rig::Scene scene =
+        motion == Motion::kUnfolding ? teleop_rig::Scene{} : teleop_rig::unfolded_scene();
     scene.robot.wheels.noise_seed = seed;
     return scene;
   }
@@ -224,6 +230,7 @@ std::string name_of(Motion motion) {
     case Motion::kStarting: return "starting";
     case Motion::kCreeping: return "creeping";
     case Motion::kDriving: return "driving";
+    case Motion::kUnfolding: return "unfolding";
     case Motion::kApproach: return "approach";
     case Motion::kLed: return "led";
     case Motion::kHeld: return "held, led";
@@ -260,8 +267,10 @@ void Detection::add(const Detection& other) {
 std::vector<DetectionCase> detection_cases(const std::vector<SensorFault>& faults) {
   std::vector<DetectionCase> cases;
   for (const SensorFault& fault : faults)
-    for (std::size_t joint = 0; joint < kJoints; ++joint)
+    for (std::size_t joint = 0; joint < kJoints; ++joint) {
+      if (!fault.concerns(joint)) continue;
       for (const Motion motion : motions_of(joint)) cases.push_back({fault, joint, motion});
+    }
   return cases;
 }
 

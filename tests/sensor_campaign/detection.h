@@ -14,13 +14,14 @@ namespace sensor_campaign {
 
 /// Motion of the robot at the onset of the fault.
 enum class Motion : std::uint8_t {
-  kFromRest,  ///< the base is at rest, and commanded to drive
-  kStarting,  ///< 0.3 s later
-  kCreeping,  ///< the base drives at 0.05 m/s
-  kDriving,   ///< at 0.3 m/s or 0.6 rad/s
-  kApproach,  ///< the arm moves to the front of the robot
-  kLed,       ///< a hand leads the arm
-  kHeld,      ///< a hand has held the arm still, and begins to lead it
+  kFromRest,   ///< the base is at rest, and commanded to drive
+  kStarting,   ///< 0.3 s later
+  kCreeping,   ///< the base drives at 0.05 m/s
+  kDriving,    ///< at 0.3 m/s or 0.6 rad/s
+  kUnfolding,  ///< the boards' position controllers unfold the arm: it rests, or has moved for 1.5 s
+  kApproach,   ///< the arm moves to the front of the robot
+  kLed,        ///< a hand leads the arm
+  kHeld,       ///< a hand has held the arm still, and begins to lead it
 };
 std::string name_of(Motion motion);
 /// Those of the base, or of the arm.

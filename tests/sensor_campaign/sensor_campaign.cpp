@@ -57,6 +57,7 @@ void run_detection(const Conditions& conditions, const std::string& only) {
         Detection sum;
         for (std::size_t i = 0; i < cases.size(); ++i)
           if (cases[i].fault.name == fault.name && cases[i].motion == motion) sum.add(results[i]);
+        if (sum.runs == 0) continue;
         print(fault.name, first == 0 ? "wheels" : "arm", motion, sum);
       }
 }

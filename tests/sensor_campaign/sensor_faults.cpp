@@ -26,8 +26,20 @@ std::vector<support::SensorLie> SensorFault::on(std::size_t joint) const {
   if (kind == LieKind::kSwapped) value = static_cast<double>(next_to(joint));
   std::vector<support::SensorLie> lies{{joint, channel, value, kind}};
   if (also) lies.push_back({joint, *also, value, kind});
-  if (neighbour_too) lies.push_back({next_to(joint), channel, value, kind});
+  switch (others) {
+    case Others::kNone: break;
+    case Others::kNext: lies.push_back({next_to(joint), channel, value, kind}); break;
+    case Others::kSide: lies.push_back({(joint + 2) % kWheels, channel, value, kind}); break;
+    case Others::kAll:
+      for (std::size_t i = 1; i < kWheels; ++i) lies.push_back({i, channel, value, kind});
+      break;
+  }
   return lies;
+}
+
+bool SensorFault::concerns(std::size_t joint) const {
+  if (others == Others::kAll) return joint == 0;
+  return others != Others::kSide || joint < kWheels;
 }
 
 std::vector<SensorFault> factors() {
@@ -46,6 +58,7 @@ std::vector<SensorFault> factors() {
 }
 
 std::vector<SensorFault> other_faults() {
+  using Others = SensorFault::Others;
   return {
       {"encoder drifts", Channel::kEncoder, LieKind::kDrift, 0.2, 0.05},           // rad/s
       {"position drifts", Channel::kPosition, LieKind::kDrift, 0.2, 0.05},         // rad/s
@@ -82,9 +95,12 @@ std::vector<SensorFault> other_faults() {
       {"torque INT_MIN", Channel::kTorque, LieKind::kConstant, kLeastTorque_Nm, kLeastTorque_Nm},
       {"encoder + torque x-1", Channel::kEncoder, LieKind::kFactor, -1, -1, Channel::kTorque},
       {"encoder + torque x0.5", Channel::kEncoder, LieKind::kFactor, 0.5, 0.5, Channel::kTorque},
-      {"two encoders frozen", Channel::kEncoder, LieKind::kFactor, 0, 0, {}, true},
-      {"two encoders x2", Channel::kEncoder, LieKind::kFactor, 2, 2, {}, true},
-      {"two encoders x-1", Channel::kEncoder, LieKind::kFactor, -1, -1, {}, true},
+      {"two encoders frozen", Channel::kEncoder, LieKind::kFactor, 0, 0, {}, Others::kNext},
+      {"two encoders x2", Channel::kEncoder, LieKind::kFactor, 2, 2, {}, Others::kNext},
+      {"two encoders x-1", Channel::kEncoder, LieKind::kFactor, -1, -1, {}, Others::kNext},
+      {"one side x-1", Channel::kEncoder, LieKind::kFactor, -1, -1, {}, Others::kSide},
+      {"all wheels x-1", Channel::kEncoder, LieKind::kFactor, -1, -1, {}, Others::kAll},
+      {"all motors x-1", Channel::kMotor, LieKind::kFactor, -1, -1, {}, Others::kAll},
   };
 }
 

@@ -2,6 +2,7 @@
 /// Sensor faults that are tried on every joint.
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,9 +21,19 @@ struct SensorFault {
   support::LieKind kind;
   double wheel_value;  ///< support::SensorLie::value of a wheel
   double arm_value;    ///< and of an arm joint
-  /// A second faulty sensor, in the same way: another one of the joint, or that of the next joint.
+  /// A second faulty sensor of the joint, in the same way.
   std::optional<support::Channel> also{};
-  bool neighbour_too = false;
+  /// Other joints whose sensors are wrong in the same way.
+  enum class Others : std::uint8_t {
+    kNone,
+    kNext,  ///< the next joint
+    kSide,  ///< the other wheel on the same side: wheels only
+    kAll,   ///< all wheels: only once, not at each wheel
+  };
+  Others others = Others::kNone;
+
+  /// Whether the fault is tried at this joint.
+  bool concerns(std::size_t joint) const;
 
   std::vector<support::SensorLie> on(std::size_t joint) const;
 };

@@ -116,6 +116,7 @@ struct Scenario {
   PrepareBase base;    ///< either this
   PrepareScene scene;  ///< or that
   double push_N = 0.0;
+  double run_s = 60.0;  ///< a run takes no longer
 };
 
 std::vector<Scenario> scenarios() {
@@ -173,6 +174,20 @@ std::vector<Scenario> scenarios() {
          load_robot(scene, random);
          put_wall(scene, random);
        }},
+      {"pushed at each start",
+       [](auto& base, Random& random) { load_evenly(base, load(random)); },
+       {},
+       35.0,
+       3.0},
+      // Checks that judge a robot only until it has been seen to obey.
+      {"unfolding, load",
+       {},
+       [](auto& scene, Random& random) {
+         scene.robot.start_rad = sim::MobileManipulatorParameters{}.start_rad;
+         load_robot(scene, random);
+       },
+       0.0,
+       1.0},
   };
 }
 
@@ -230,7 +245,7 @@ SoakResult run_piece(const Scenario& scenario, double duration_s, const Machine&
   Random random(sequence);
   SoakResult result;
   while (duration_s - 3600 * result.hours > kShortestPiece_s) {
-    const double left_s = std::min(duration_s - 3600 * result.hours, 60.0);
+    const double left_s = std::min(duration_s - 3600 * result.hours, scenario.run_s);
     (scenario.base ? run_base : run_robot)(scenario, left_s, machine, random, result);
   }
   return result;

@@ -17,8 +17,9 @@
 
 namespace support {
 
-/// An encoder is position and velocity, a board is all three.
-enum class Channel { kEncoder, kPosition, kVelocity, kTorque, kBoard };
+/// An encoder is position and velocity, a board is all three. A motor whose torque is a factor of what is
+/// commanded, its sign included, while its board reports the commanded one.
+enum class Channel { kEncoder, kPosition, kVelocity, kTorque, kBoard, kMotor };
 
 /// Kind of fault, and the meaning of SensorLie::value.
 enum class LieKind : std::uint8_t {
@@ -59,6 +60,7 @@ class LyingSensor {
         last_rad_(begin.joints[source()].position_rad) {}
 
   const SensorLie& lie() const noexcept { return lie_; }
+  double shown_rad() const noexcept { return shown_.position_rad; }
 
   /// `own`: what the joint's other sensors show.
   hal::JointSample seen(const hal::JointSample& own, const hal::RobotSample& truth,
@@ -99,6 +101,7 @@ class LyingSensor {
   static constexpr double kGlitchAt_s = 0.1;
 
   bool lies(Channel channel) const noexcept {
+    if (lie_.channel == Channel::kMotor) return channel == Channel::kTorque;
     return lie_.channel == channel || lie_.channel == Channel::kBoard ||
            (lie_.channel == Channel::kEncoder && channel != Channel::kTorque);
   }
@@ -204,7 +207,7 @@ class LyingRobot final : public hal::RobotWrapper {
   }
   hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample& sample) noexcept override {
     hal::RobotSample truth = truth_;
-    const hal::CycleStatus status = RobotWrapper::exchange(command, truth);
+    const hal::CycleStatus status = RobotWrapper::exchange(obeyed(command), truth);
     const double elapsed_s = hal::seconds(truth.stamp - truth_.stamp);
     truth_ = sample = truth;
     for (LyingSensor& sensor : liars_) {
@@ -226,6 +229,18 @@ class LyingRobot final : public hal::RobotWrapper {
   bool apparent() const noexcept { return apparent_; }
 
  private:
+  /// What the drives do: a position controller drives its joint by what the encoder shows.
+  hal::RobotCommand obeyed(hal::RobotCommand command) const noexcept {
+    for (const LyingSensor& sensor : liars_) {
+      const std::size_t i = sensor.lie().joint;
+      hal::JointCommand& joint = command.joints[i];
+      if (sensor.lie().channel == Channel::kMotor && joint.mode == hal::CommandMode::kTorque)
+        joint.target *= sensor.lie().value;
+      if (sensor.lie().channel == Channel::kEncoder && joint.mode == hal::CommandMode::kPosition)
+        joint.target += truth_.joints[i].position_rad - sensor.shown_rad();
+    }
+    return command;
+  }
   bool beyond_tolerance(std::size_t i, const hal::JointSample& truth,
                         const hal::JointSample& shown) const noexcept {
     constexpr double kShare = 0.2;
