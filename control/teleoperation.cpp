@@ -416,11 +416,17 @@ void Teleoperation::approach(const TeleopInput& input) noexcept {
       robot_.adopt_rest();
       condition_held_s_ = 0;
     }
-  } else if (for_long(resting && input.grip_fresh && spring_N < config_.slack_N, kHold_s)) {
-    take_hold(input);
-    presence_.reset();
-    tank_.reset();
-    enter(TeleopPhase::kStiffening);
+  } else if (for_long(resting && input.grip_fresh, kHold_s)) {
+    if (spring_N < config_.slack_N) {
+      take_hold(input);
+      presence_.reset();
+      tank_.reset();
+      enter(TeleopPhase::kStiffening);
+    } else {
+      // It crept on after its arrival, and stands where the spring still pulls.
+      arrived_ = false;
+      condition_held_s_ = 0;
+    }
   }
 }
 

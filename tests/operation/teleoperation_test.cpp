@@ -516,8 +516,8 @@ Pressed press_on_wall(double wall_N_per_m, bool passivity) {
   scene.hand.hand_stiffness_N_per_m = 200;
   scene.hand.hand_damping_N_s_per_m = 0.3;
   auto config = teleop_rig::quick_config();
-  config.control.feedback.force_scale = 0.25;       // the hand feels 2800 N/m
-  config.control.robot.spring.damping_ratio = 0.3;  // more keeps the end effector on the wall by itself
+  config.control.feedback.force_scale = 0.35;       // the hand feels 2000 N/m
+  config.control.robot.spring.damping_ratio = 0.2;  // more keeps the end effector on the wall by itself
   config.control.tank.active = passivity;
   config.control.detect_release = false;  // it is the passivity that is looked at,
   config.torque_rate_per_s = 1000;        // and a torque rate takes some of the instability
