@@ -49,7 +49,7 @@ DriveParameters arm_drive_parameters(const ArmJointData& data) {
 model::friction::SlidingTable arm_friction(const ArmJointData& data) {
   return {
       [&data](double velocity) { return data.coulomb_Nm + data.viscous_Nm_s_per_rad * std::abs(velocity); },
-      {}};
+      {.breakaway_band_rad_per_s = 0}};
 }
 
 ArmJoint::ArmJoint(const ArmJointData& data, double start_rad, std::uint64_t noise_seed)

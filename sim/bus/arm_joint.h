@@ -15,6 +15,8 @@ namespace sim::bus {
 
 /// Motor, gear, sensors and the controller's loops, tuned for the joint's own load inertia.
 DriveParameters arm_drive_parameters(const ArmJointData& data);
+/// Coulomb and viscous from rest on. A wheel's breakaway band would hide the viscous part at the speeds of an
+/// arm.
 model::friction::SlidingTable arm_friction(const ArmJointData& data);
 
 /// A geared drive with Coulomb and viscous friction and a constant load inertia; no gravity, no coupling. The

@@ -17,7 +17,8 @@ struct ArmJointData {
   /// description.
   double lower_stop_rad = 0.0;
   double upper_stop_rad = 0.0;
-  /// Assumptions: a half-stretched arm, and friction a fifth of the homing threshold.
+  /// Assumptions: a half-stretched arm, and friction a fifth of the homing threshold. Joint 1 has as much as
+  /// stops it within a degree when it is released from its end stop, which homing allows.
   double load_inertia_kg_m2 = 0.1;
   double coulomb_Nm = 0.5;
   double viscous_Nm_s_per_rad = 0.2;
@@ -31,7 +32,7 @@ constexpr double degrees(double value) { return value * std::numbers::pi / 180; 
 }  // namespace detail
 
 inline constexpr std::array<ArmJointData, 5> kArmJointData{{
-    {{.gear_ratio = 156, .inverted = true}, 0, detail::degrees(338), 0.25, 1.0, 0.5},
+    {{.gear_ratio = 156, .inverted = true}, 0, detail::degrees(338), 0.25, 1.15, 0.5},
     {{.gear_ratio = 156, .inverted = true}, 0, detail::degrees(155), 0.35, 1.0, 0.5},
     {{.gear_ratio = 100}, detail::degrees(-297), 0, 0.15, 0.6, 0.3},
     {{.gear_ratio = 71, .torque_constant_Nm_per_A = 0.051, .inverted = true},

@@ -371,6 +371,31 @@ TEST(MobileManipulator, VelocityModeTurnsJointOneClockwiseAtTheCommandedSpeed) {
   EXPECT_LT(robot.X_WT().translation().y(), side_m - 0.05);
 }
 
+/// Mean torque that joint 1, whose axis is vertical, takes at a constant speed.
+double turning_Nm(double speed_rad_per_s) {
+  MobileManipulator robot(base_held({}));
+  Commands commands = standing();
+  commands[4] = JointCommand::velocity_rad_per_s(speed_rad_per_s);
+  robot.advance(commands, true, 2s);
+  double sum_Nm = 0;
+  constexpr int kSamples = 2000;
+  std::array<hal::JointSample, 9> samples;
+  for (int n = 0; n < kSamples; ++n) {
+    robot.advance(commands, true, 1ms);
+    robot.measure(samples);
+    sum_Nm += samples[4].torque_Nm;
+  }
+  return sum_Nm / kSamples;
+}
+
+// A wheel's friction table holds its level below 0.3 rad/s, where an arm does most of its motion.
+TEST(MobileManipulator, AJointsViscousFrictionShowsAtTheSpeedsOfAnArm) {
+  const sim::bus::ArmJointData& joint = sim::bus::kArmJointData[0];
+  // Noise of 2000 samples, and a resolution of the current's mA.
+  for (const double speed : {0.05, 0.15, 0.25})
+    EXPECT_NEAR(turning_Nm(speed), joint.coulomb_Nm + joint.viscous_Nm_s_per_rad * speed, 0.01) << speed;
+}
+
 TEST(MobileManipulator, ItsTipMovesAsItsVelocitySays) {
   MobileManipulator robot(starting_at(kElbowUp));
   Commands commands = torques({4, 6, -3, 1, 0.4});
