@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <vector>
 
+#include "apps/youbot_bench/arm_excitation.h"
 #include "apps/youbot_bench/curve.h"
 #include "apps/youbot_bench/diagnose.h"
 #include "apps/youbot_bench/experiments_cli.h"
@@ -25,7 +26,8 @@ std::vector<Subcommand> add_all(CLI::App& app) {
                                    add_sdo(app),         add_diagnose(app),    add_usb_probe(app),
                                    add_haptic_hold(app), add_transparency(app)};
   for (const Subcommand& experiment : add_experiments(app)) commands.push_back(experiment);
-  commands.insert(commands.end(), {add_identify(app), add_improve(app), add_reveal(app), add_thesis(app)});
+  commands.insert(commands.end(), {add_arm_excitation(app), add_identify(app), add_improve(app),
+                                   add_reveal(app), add_thesis(app)});
   return commands;
 }
 

@@ -390,11 +390,10 @@ TEST_F(ArmExperiment, WhatFitsIsMeasured) {
     if (joint != 1 && joint != 5) continue;  // the others bear weight, too
     const fs::path file = map.directory / "steady-state-result" / ("arm-" + std::to_string(joint) + ".csv");
     const sim::bus::ArmJointData& data = sim::bus::kArmJointData[static_cast<std::size_t>(joint - 1)];
-    // Below 0.3 rad/s the simulated friction is constant (model/friction/sliding_table.h).
-    const double friction_Nm = data.coulomb_Nm + 0.3 * data.viscous_Nm_s_per_rad;
     const runtime::ReadRecording read = runtime::read_recording(file, runtime::NotMeasured::kTaken);
     for (std::size_t i = 0; i < read.recording.rows(); ++i) {
       const double velocity = read.recording.column("velocity_rad_per_s")[i];
+      const double friction_Nm = data.coulomb_Nm + data.viscous_Nm_s_per_rad * std::abs(velocity);
       EXPECT_NEAR(read.recording.column("torque_measured_Nm")[i], std::copysign(friction_Nm, velocity),
                   0.03 * friction_Nm);
     }

@@ -65,8 +65,9 @@ TEST(OutputDirectory, IsRefusedAlikeByAllCommandsThatNeedNoData) {
   const support::TemporaryDirectory folder;
   const fs::path file = folder.write("file", "x");
   for (const std::string command :
-       {"transparency --quiet", "haptic-hold --quiet --virtual-time --duration 1",
-        "steady-state --quiet --sets 9 --joint wheel-1", "improve --quiet --hidden-effect 1"}) {
+       {"transparency --quiet", "arm-excitation --quiet --tries 30",
+        "haptic-hold --quiet --virtual-time --duration 1", "steady-state --quiet --sets 9 --joint wheel-1",
+        "improve --quiet --hidden-effect 1"}) {
     const auto result = support::run_command(support::program("youbot-bench") + " " + command + " --out " +
                                              (file / "below").string());
     EXPECT_EQ(result.exit_code, 3) << command << "\n" << result.output;

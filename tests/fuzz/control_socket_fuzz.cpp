@@ -1,5 +1,6 @@
 // Requests to a running service with a simulated base. Each line is a request; after a zero byte it comes
-// from another connection.
+// from another connection. A byte 2 stands for a thousand bytes: every prefix of each seed is an input, and
+// those of a long request would differ in its length only.
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -117,6 +118,15 @@ class RunningService {
   std::thread thread_;
 };
 
+constexpr char kThousandBytes = '\x02';
+
+std::string expanded(std::string_view request) {
+  std::string text;
+  for (const char byte : request)
+    text.append(byte == kThousandBytes ? 1000 : 1, byte == kThousandBytes ? 'x' : byte);
+  return text;
+}
+
 /// Drives off, nothing set: as the next input wants it.
 void tidy_up(const RunningService& service, const std::set<std::string>& keys) {
   const Connection connection(service.path());
@@ -139,7 +149,8 @@ void tidy_up(const RunningService& service, const std::set<std::string>& keys) {
 
 std::vector<fuzz::Bytes> fuzz::seeds() {
   using namespace std::string_literals;
-  const std::string filler(4000, 'x');
+  // With it a request is a little too long: its prefixes have all lengths around the limit.
+  const std::string longest = "\x02\x02\x02\x02" + std::string(runtime::kLongestRequest - 4000, 'x');
   std::vector<Bytes> seeds;
   for (
       const std::string& text :
@@ -147,7 +158,7 @@ std::vector<fuzz::Bytes> fuzz::seeds() {
        "mode velocity\nenable\nset velocity 0.05 0 0.1\nalive\n\0stop\n\0status\ndisable"s,
        "enable\n\0enable\nset path.rest_s 1\n\0disable\nstop"s,
        "set velocity nan 0 0\nset velocity 1 2 3 4\nmode x"s,
-       "set limits.wheel_speed_rad_per_s 11 # " + filler, "set path.rest_s 2 # \x01\xFF" + filler + filler,
+       "set limits.wheel_speed_rad_per_s 11 # " + longest, "set path.rest_s 2 # \x01\xFF" + longest + longest,
        "set path.leg [{forward_m = 2}]\nset robot \"wire\"\nset path 5\nset compensation.margin 0.5\nunset path"s})
     seeds.push_back(bytes_of(text));
   return seeds;
@@ -159,11 +170,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::set<std::string> keys;
   std::string_view left(reinterpret_cast<const char*>(data), size);
   while (!left.empty()) {
-    std::string_view request = left.substr(0, left.find('\n'));
-    left.remove_prefix(std::min(left.size(), request.size() + 1));
-    const bool other = request.starts_with('\0');
-    if (other) request.remove_prefix(1);
-    std::istringstream words{std::string(request)};
+    std::string_view line = left.substr(0, left.find('\n'));
+    left.remove_prefix(std::min(left.size(), line.size() + 1));
+    const bool other = line.starts_with('\0');
+    if (other) line.remove_prefix(1);
+    const std::string request = expanded(line);
+    std::istringstream words(request);
     std::string command;
     std::string key;
     if (words >> command >> key && command == "set") keys.insert(key);
