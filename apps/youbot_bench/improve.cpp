@@ -219,6 +219,19 @@ Drive drive(const ImproveOptions& options, const std::string& name, const std::s
   return result;
 }
 
+/// The drives use a copy in the output directory, with models of the wheels of their own.
+/// @throws runtime::ConfigError, std::invalid_argument if that copy would not be read.
+void check_configuration(const fs::path& file) {
+  const operation::Config config = operation::load_config(file);
+  if (config.cycle.controller.wheels)
+    throw std::invalid_argument("--config: " + file.string() +
+                                ": remove 'models' from [compensation]: the models found replace them");
+  for (const runtime::RecordingFile::Attachment& attached : config.models)
+    if (!fs::path(attached.name).is_absolute())
+      throw std::invalid_argument("--config: " + file.string() + ": give the absolute path of '" +
+                                  attached.name + "': the drives use a copy of the file in --out");
+}
+
 void check(const ImproveOptions& options) {
   using Stage = ImproveOptions::Stage;
   if (runtime::is_simulated(options.robot)) {
@@ -231,6 +244,7 @@ void check(const ImproveOptions& options) {
     return;
   }
   runtime::check_virtual_time(options.robot);
+  if (!options.config.empty()) check_configuration(options.config);
   if (options.hidden_effect)
     throw std::invalid_argument(
         "--hidden-effect: not for a robot on a bus; start youbot-sim --hidden-effect SEED there");

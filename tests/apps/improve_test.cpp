@@ -69,6 +69,27 @@ TEST_F(Improve, ARobotOnABusIgnoresTheArmFileOfTheSimulation) {
   EXPECT_TRUE(driving.said("none0")) << driving.output;
 }
 
+// Found after minutes of measuring otherwise, when the drives read a copy of the file in --out.
+TEST_F(Improve, AFileWhoseCopyCouldNotBeDrivenIsRefusedBeforeTheMeasurement) {
+  temporary_.write("wheel.toml", runtime::drive_model_text(runtime::known_wheel_model()));
+  for (const char* const file : {"youbot_arm.toml", "youbot.urdf"})
+    fs::copy_file(fs::path(support::source_dir()) / "control" / file, temporary_ / file);
+  const auto expect_refused = [&](const std::string& config, const char* why) {
+    const support::CommandResult result = support::run_command(
+        support::program("youbot-bench") + " improve --robot ethercat:none0 --stage measure --yes --config " +
+        temporary_.write("lab.toml", config).string() + " --out " + directory_.string());
+    EXPECT_EQ(result.exit_code, 2) << result.output;
+    EXPECT_TRUE(result.said(why)) << result.output;
+    EXPECT_FALSE(fs::exists(directory_));
+  };
+  expect_refused("[path]\nspeed = 1\n", "lab.toml:2");
+  expect_refused(
+      "[compensation]\nmodels = [\"wheel.toml\", \"wheel.toml\", \"wheel.toml\", \"wheel.toml\"]\n",
+      "remove 'models' from [compensation]");
+  expect_refused("[ethercat]\nkind = \"base+arm\"\n[simulation]\nrobot_file = \"youbot_arm.toml\"\n",
+                 "give the absolute path of 'youbot_arm.toml'");
+}
+
 TEST_F(Improve, ACoggingIsFoundCompensatedAndDrivenBetter) {
   ASSERT_EQ(model::effects::name_of(runtime::HiddenEffect(8).effect()), "cogging");
   expect_better(chain(8), "cogging");
