@@ -45,7 +45,7 @@ using identification::robot_gap::ExcitationPlan;
 
 constexpr std::chrono::milliseconds kTourPeriod{1};
 /// Upright, bent at no joint: every other pose is reached from here without touching the robot.
-const control::ArmVector kUpright_rad{2.9496, 1.1345, -2.5482, 1.7890, 2.9234};
+const control::ArmVector kUpright{2.9496, 1.1345, -2.5482, 1.7890, 2.9234};
 /// From the ends of a joint's range: farther than the guard that stops the tour.
 constexpr double kRangeMargin_rad = 0.12;
 constexpr double kSpeedShare = 0.75;
@@ -74,7 +74,7 @@ ExcitationLimits limits_of(std::span<const hal::JointInfo> joints, const ArmSpac
     limits.torque_Nm[i] = kTorqueShare * std::min(joint.rated_torque_Nm, joint.torque_limit_Nm);
   }
   limits.is_clear = [&space](const Eigen::VectorXd& q_rad) { return space.is_clear(q_rad); };
-  limits.ready_rad = kUpright_rad;
+  limits.ready_rad = kUpright;
   return limits;
 }
 
@@ -138,12 +138,13 @@ Driven drive(const ArmExcitationOptions& options, const ExcitationRig& rig, cons
   config.wait_for_recording = rig.virtual_time;
   if (rig.robot.ethercat.home_arms) config.enable_timeout = runtime::kHomingTimeout;
   runtime::warn_of(rig.checks_off);
-  ArmMotionCycle cycle(config, robot, ArmTour(plan.motions, kUpright_rad), recording);
+  ArmMotionCycle cycle(config, robot, ArmTour(plan.motions, kUpright), recording);
   {
     const runtime::RobotActivation activation(robot);
     runtime::RealTimeThread real_time;
     if (!rig.virtual_time)
-      for (const std::string& problem : runtime::enter_real_time(real_time, {}, options.allow_non_real_time))
+      for (const std::string& problem :
+           runtime::enter_real_time(real_time, {}, options.allow_non_real_time, "youbot-bench"))
         spdlog::warn("not real-time: {}", problem);
     runtime::LoopStatistics loop;
     runtime::run_loop(

@@ -21,7 +21,7 @@ using runtime::Verdict;
 constexpr double kFollowing_per_s = 5.0;
 constexpr double kFollowingFilter_rad_per_s = 125.0;
 /// A drive that obeys stays within it.
-constexpr double kMaxBehind_rad = 0.2;
+constexpr double kFollowingError_rad = 0.2;
 /// One that seems blocked, although it is not farther off, carries weight where its motion reverses.
 constexpr double kOnItsWay_rad = 0.05;
 
@@ -120,12 +120,12 @@ Verdict ArmMotionTask::step(const Moment& moment, hal::RobotCommand& command) no
 /// Fault in its motion, if any.
 StopReason ArmMotionTask::watch(Joint& joint, double behind_rad, const hal::RobotCommand& sent) noexcept {
   const int index = static_cast<int>(joint.index);
-  if (!(std::abs(behind_rad) <= kMaxBehind_rad))
+  if (!(std::abs(behind_rad) <= kFollowingError_rad))
     return {.kind = StopReason::Kind::kBehind,
             .text = kTourBehind,
             .joint = index,
             .value = behind_rad,
-            .limit = kMaxBehind_rad};
+            .limit = kFollowingError_rad};
   const JointGuard::Trip trip = joint.guard.watch(joint.reading, sent.joints[joint.index]);
   const double torque_Nm = joint.guard.torque_Nm();
   switch (trip) {

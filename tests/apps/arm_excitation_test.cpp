@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -12,28 +13,34 @@
 #include <string>
 #include <vector>
 
+#include "apps/youbot_bench/arm_motion_task.h"
 #include "apps/youbot_bench/arm_space.h"
 #include "apps/youbot_bench/arm_tour.h"
 #include "apps/youbot_bench/given_arm.h"
+#include "hal/clock.h"
+#include "hal/youbot_axes.h"
 #include "identification/robot_gap/base_parameters.h"
 #include "runtime/configuration/arm_model.h"
 #include "runtime/configuration/toml_reader.h"
 #include "sim/bus/axis_data.h"
 #include "sim/mobile_manipulator.h"
 #include "tests/support/built_paths.h"
+#include "tests/support/no_alloc_guard.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
+#include "tests/support/watched_robot.h"
 
 namespace youbot_bench {
 namespace arm_excitation_test {
 
 namespace fs = std::filesystem;
+using namespace std::chrono_literals;
 using control::ArmVector;
 using nlohmann::json;
 
 const std::atomic<bool> kGoesOn{false};
-const ArmVector kFolded_rad{0.2, 0.2, -0.2, 0.2, 0.2};
-const ArmVector kUpright_rad{2.95, 1.13, -2.55, 1.79, 2.92};
+const ArmVector kFolded{0.2, 0.2, -0.2, 0.2, 0.2};
+const ArmVector kUpright{2.95, 1.13, -2.55, 1.79, 2.92};
 
 ArmExcitationOptions short_motions(const fs::path& out) {
   ArmExcitationOptions options;
@@ -195,9 +202,47 @@ TEST(ArmExcitationCommand, RefusesWhatDoesNotFit) {
   EXPECT_TRUE(fs::exists(folder / "arm" / "motion-1.csv"));
 }
 
+TEST(ArmMotionCycle, NeitherAllocatesNorLocks) {
+  if (!support::NoAllocGuard::kActive) GTEST_SKIP() << "the allocation guard is off under a sanitizer";
+  sim::MobileManipulatorParameters parameters;
+  parameters.wheels.on_ground = false;
+  parameters.start_rad = kUpright;
+  sim::MobileManipulator plant(parameters);
+  std::vector<hal::JointInfo> joints;
+  for (int i = 1; i <= 4; ++i)
+    joints.push_back(hal::joint_info("wheel-" + std::to_string(i), hal::kWheelAxis));
+  for (std::size_t i = 0; i < 5; ++i)
+    joints.push_back(hal::joint_info("arm-" + std::to_string(i + 1), hal::kArmAxes[i]));
+  hal::VirtualClock clock;
+  support::WatchedLoopback robot(plant, clock, 1ms, joints);
+  robot.watch.allow_enables(1);
+
+  identification::experiments::FourierMotion motion;
+  motion.centre_rad = kUpright + ArmVector::Constant(0.2);
+  motion.sine_rad = Eigen::MatrixXd::Constant(5, 2, 0.1);
+  motion.cosine_rad = Eigen::MatrixXd::Constant(5, 2, -0.05);
+  const support::TemporaryDirectory folder;
+  fs::create_directory(folder / "arm");
+  runtime::MadePaths made;
+  ArmMotionRecording recording(folder / "arm", 1, made);
+  ArmMotionCycle cycle({}, robot, ArmTour({motion}, kUpright), recording);
+  robot.activate();
+  {
+    const support::NoAllocGuard guard;
+    while (!cycle.finished()) {
+      clock.sleep_until(clock.now() + 1ms);
+      cycle.step(clock.now());
+    }
+    EXPECT_EQ(guard.violations(), 0);
+  }
+  EXPECT_FALSE(cycle.stop_reason());
+  EXPECT_GE(cycle.task().progress(), 1.0);
+  recording.close();
+}
+
 TEST(ArmSpace, IsWhereTheArmTouchesNeitherItsRobotNorTheFloor) {
   const ArmSpace space;
-  EXPECT_TRUE(space.is_clear(kUpright_rad));
+  EXPECT_TRUE(space.is_clear(kUpright));
   // Stretched forward and down: the end effector would be below the floor.
   EXPECT_FALSE(space.is_clear(ArmVector(2.95, 2.6, -1.5, 1.79, 2.92)));
   // The end effector hangs 0.16 m above the floor: in front there is nothing, behind there is the base.
@@ -208,14 +253,14 @@ TEST(ArmSpace, IsWhereTheArmTouchesNeitherItsRobotNorTheFloor) {
 TEST(ArmTour, IsContinuousAndReturnsToItsStart) {
   std::vector<identification::experiments::FourierMotion> motions(2);
   for (std::size_t m = 0; m < 2; ++m) {
-    motions[m].centre_rad = kUpright_rad + ArmVector::Constant(m == 0 ? 0.3 : -0.4);
+    motions[m].centre_rad = kUpright + ArmVector::Constant(m == 0 ? 0.3 : -0.4);
     motions[m].sine_rad = Eigen::MatrixXd::Constant(5, 2, 0.2);
     motions[m].cosine_rad = Eigen::MatrixXd::Constant(5, 2, -0.1);
   }
-  ArmTour tour(motions, kUpright_rad);
-  tour.start_at(kFolded_rad);
+  ArmTour tour(motions, kUpright);
+  tour.start_at(kFolded);
   ArmTour::State before = tour.at(0);
-  EXPECT_LT((before.position_rad - kFolded_rad).norm(), 1e-12);
+  EXPECT_LT((before.position_rad - kFolded).norm(), 1e-12);
   constexpr double kCycle_s = 1e-3;
   double driven_s = 0;
   for (double t = kCycle_s; t <= tour.duration_s(); t += kCycle_s) {
@@ -230,7 +275,7 @@ TEST(ArmTour, IsContinuousAndReturnsToItsStart) {
     before = now;
   }
   EXPECT_NEAR(driven_s, 40, 0.01);
-  EXPECT_LT((tour.at(tour.duration_s() + 1).position_rad - kFolded_rad).norm(), 1e-12);
+  EXPECT_LT((tour.at(tour.duration_s() + 1).position_rad - kFolded).norm(), 1e-12);
   EXPECT_EQ(tour.at(tour.duration_s() + 1).velocity_rad_per_s.norm(), 0);
 }
 
