@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <string>
 #include <string_view>
 
 #include "analysis/mjcf.h"
@@ -31,7 +33,9 @@ struct Hinge {
   double friction_share;
 };
 
-std::string body(const Hinge& hinge, const SlidingFit& sliding, double frictionloss_Nm, double timestep_s) {
+/// `attributes`: further ones of the joint.
+std::string body(const Hinge& hinge, const SlidingFit& sliding, double frictionloss_Nm, double timestep_s,
+                 std::string_view attributes = "") {
   const double share = hinge.friction_share;
   return fmt::format(
              "    <body name=\"{0}\">\n"
@@ -40,7 +44,7 @@ std::string body(const Hinge& hinge, const SlidingFit& sliding, double frictionl
              hinge.name, number(kBodyShare * hinge.inertia_kg_m2),
              number((1 - kBodyShare) * hinge.inertia_kg_m2)) +
          mjcf::damping(share, sliding) + mjcf::friction_loss(share * frictionloss_Nm, timestep_s) +
-         "/>\n    </body>\n";
+         std::string(attributes) + "/>\n    </body>\n";
 }
 
 /// Of the whole friction. `lightest_kg_m2`: the least inertia for its share of friction.
@@ -88,14 +92,52 @@ std::string position_torques(const DriveModel& model, const Hinge& motor, const 
   return text;
 }
 
+/// MuJoCo limits and delays the command, filters it, and multiplies it with the gear.
 std::string motor(const DriveModel& model, double timestep_s) {
   double delay_s = 0;
-  for (const AnyEffect& effect : model.effects)
-    if (const auto* late = std::get_if<model::effects::TransportDelay>(&effect))
+  double lag_s = 0;
+  double limit_Nm = std::numeric_limits<double>::infinity();  // of the command
+  double gain = 1;
+  double offset_Nm = 0;
+  for (const AnyEffect& effect : model.effects) {
+    if (const auto* late = std::get_if<model::effects::TransportDelay>(&effect)) {
       delay_s += late->parameters().delay_s;
-  if (delay_s == 0) return "    <motor name=\"drive\" joint=\"drive\"/>\n";
-  return fmt::format("    <motor name=\"drive\" joint=\"drive\" delay=\"{}\" nsample=\"{}\"/>\n",
-                     number(delay_s), static_cast<long>(std::ceil(delay_s / timestep_s)) + 1);
+    } else if (const auto* slow = std::get_if<model::effects::TorqueLag>(&effect)) {
+      lag_s += slow->parameters().time_constant_s;
+    } else if (const auto* limit = std::get_if<model::effects::TorqueSaturation>(&effect)) {
+      limit_Nm = std::min(limit_Nm, limit->parameters().limit_Nm / gain);
+    } else if (const auto* scale = std::get_if<model::effects::ActuatorGain>(&effect)) {
+      gain *= scale->parameters().gain;
+      offset_Nm *= scale->parameters().gain;
+    } else if (const auto* offset = std::get_if<model::effects::ActuatorOffset>(&effect)) {
+      offset_Nm += offset->parameters().torque_Nm;
+    }
+  }
+  std::string text = fmt::format(R"(    <{} name="drive" joint="drive")", lag_s > 0 ? "general" : "motor");
+  if (lag_s > 0) text += fmt::format(R"( dyntype="filterexact" dynprm="{}")", number(lag_s));
+  if (gain != 1) text += fmt::format(R"( gear="{}")", number(gain));
+  if (std::isfinite(limit_Nm))
+    text += fmt::format(R"( ctrlrange="{} {}")", number(-limit_Nm), number(limit_Nm));
+  if (delay_s > 0)
+    text += fmt::format(R"( delay="{}" nsample="{}")", number(delay_s),
+                        static_cast<long>(std::ceil(delay_s / timestep_s)) + 1);
+  text += "/>\n";
+  return offset_Nm == 0 ? text : text + mjcf::constant("drive", offset_Nm);
+}
+
+/// Attributes of the load's joint.
+std::string springs(const DriveModel& model) {
+  // Several act as one.
+  double stiffness_Nm_per_rad = 0;
+  double moment_Nm = 0;
+  for (const AnyEffect& effect : model.effects)
+    if (const auto* spring = std::get_if<model::effects::Spring>(&effect)) {
+      stiffness_Nm_per_rad += spring->parameters().stiffness_Nm_per_rad;
+      moment_Nm += spring->parameters().stiffness_Nm_per_rad * spring->parameters().rest_position_rad;
+    }
+  if (stiffness_Nm_per_rad == 0) return {};
+  return fmt::format(R"( stiffness="{}" springref="{}")", number(stiffness_Nm_per_rad),
+                     number(moment_Nm / stiffness_Nm_per_rad));
 }
 
 std::string_view name_of(const DriveModel& model) {
@@ -138,8 +180,10 @@ std::string mujoco_text(const DriveModel& model, const SlidingFit& sliding, cons
   const mjcf::Contact how = contact(mechanics, lightest, options.timestep_s);
 
   std::string text = mjcf::head(name_of(model), options.timestep_s, options.remarks);
-  text += "  <worldbody>\n" + body(driven, sliding, frictionloss_Nm, options.timestep_s);
-  if (two_masses) text += body(behind, sliding, frictionloss_Nm, options.timestep_s);
+  const std::string sprung = springs(model);
+  text += "  <worldbody>\n" +
+          body(driven, sliding, frictionloss_Nm, options.timestep_s, two_masses ? "" : sprung);
+  if (two_masses) text += body(behind, sliding, frictionloss_Nm, options.timestep_s, sprung);
   text += "  </worldbody>\n";
   if (two_masses) text += tendon(mechanics, options.timestep_s);
   text += "  <actuator>\n" + motor(model, options.timestep_s) +

@@ -34,6 +34,9 @@ std::string_view of_presliding(const AnyEffect& presliding) {
 std::string_view of_backlash(const AnyEffect& /*backlash*/) {
   return "losses that grow with the speed of an impact: they are those of a slow one";
 }
+std::string_view of_saturation(const AnyEffect& /*saturation*/) {
+  return "its place behind a lag: it limits the command";
+}
 
 struct Row {
   std::string_view effect;
@@ -59,7 +62,12 @@ constexpr std::array kRows{
     Row{"inertia", Part::kInertia, "joint armature", "armature", nothing},
     Row{"backlash", Part::kTwoMasses, "two hinges and a tendon with limits", "", of_backlash},
     Row{"elasticity", Part::kTwoMasses, "two hinges and a tendon with stiffness", "", nothing},
-    Row{"transport_delay", Part::kDelay, "actuator delay", "", nothing},
+    Row{"spring", Part::kPosition, "joint stiffness and springref", "", nothing},
+    Row{"transport_delay", Part::kActuator, "actuator delay", "", nothing},
+    Row{"torque_lag", Part::kActuator, "actuator dyntype filterexact", "", nothing},
+    Row{"torque_saturation", Part::kActuator, "actuator ctrlrange", "", of_saturation},
+    Row{"actuator_gain", Part::kActuator, "actuator gear", "", nothing},
+    Row{"actuator_offset", Part::kActuator, "general, a constant torque", "", nothing},
 };
 
 /// Of a law with memory, the steady curve.
@@ -77,8 +85,9 @@ const Row* row_of(const AnyEffect& effect) {
 }  // namespace
 
 Target mujoco_target() {
-  return {"MuJoCo",
-          {Part::kSliding, Part::kContact, Part::kPosition, Part::kInertia, Part::kTwoMasses, Part::kDelay}};
+  return {
+      "MuJoCo",
+      {Part::kSliding, Part::kContact, Part::kPosition, Part::kInertia, Part::kTwoMasses, Part::kActuator}};
 }
 
 Target plain_target(std::string_view name) { return {name, {Part::kSliding, Part::kInertia}}; }

@@ -17,7 +17,7 @@ enum class Part : std::uint8_t {
   kPosition,   ///< torque over position
   kInertia,    ///< of the joint
   kTwoMasses,  ///< a spring or a gap between motor and load
-  kDelay,      ///< of the command
+  kActuator,   ///< between command and torque
   kNone,       ///< no place
 };
 

@@ -31,6 +31,10 @@ class ModelDrive {
   }
   double delivered_Nm() const noexcept { return delivered_Nm_; }
   double reported_Nm() const noexcept { return effects_.report_Nm(delivered_Nm_); }
+  /// Commands of the past, one for each step, the oldest first: what the actuator still delivers.
+  void set_commanded(std::span<const double> commands_Nm) noexcept {
+    for (const double command_Nm : commands_Nm) delivered_Nm_ = effects_.deliver(command_Nm, step_s_);
+  }
   /// Of the motor itself, behind the encoder.
   void set_position(double position_rad) noexcept { parts_.set_position(position_rad); }
   void set_velocity(double velocity_rad_per_s) noexcept { parts_.set_velocity(velocity_rad_per_s); }

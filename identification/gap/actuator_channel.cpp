@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "identification/fit/statistics.h"
+#include "identification/gap/fitted_model.h"
 #include "identification/gap/prediction.h"
 #include "identification/gap/sign_test.h"
 #include "identification/gap/speed_channel.h"
@@ -32,7 +33,7 @@ constexpr double kSettle_s = 0.1;
 /// Torque constants are not known better: a gain that differs from one by less has no name.
 constexpr double kMinGainError = 0.03;
 /// One round per kind of effect.
-constexpr int kActuatorRounds = 5;
+constexpr int kActuatorRounds = 6;
 constexpr std::size_t kMinRepeats = 20;
 constexpr std::size_t kFarMoreRepeats = 5;
 /// Share of the largest command below which no limit of the torque is looked for.
@@ -40,8 +41,16 @@ constexpr double kLowestLimit = 0.1;
 /// Command that varies by a smaller share of its square shows no gain.
 constexpr double kMinVariation = 1e-6;
 
-constexpr std::array<std::string_view, 5> kChain{"torque_deadband", "torque_saturation", "transport_delay",
-                                                 "actuator_gain", "actuator_offset"};
+/// A lag of this or less may be a current loop's or the sensor's.
+constexpr double kLongestLoop_s = 0.01;
+constexpr double kSlowestActuator_s = 1.0;
+
+constexpr std::array<std::string_view, 6> kChain{"torque_deadband", "torque_saturation", "transport_delay",
+                                                 "torque_lag",      "actuator_gain",     "actuator_offset"};
+
+constexpr const char* kMisfit = "misfit of command and measured torque";
+/// Share of a delay or lag, by which the measured torque is late against the motion.
+constexpr double kOfSensor = 0.7;
 
 /// Hypothesis of one simple actuator: the command through the effects, through a lag, times a gain, plus a
 /// constant.
@@ -78,10 +87,14 @@ std::vector<double> delivered(const Signals& s, const model::effects::DriveModel
   model::effects::EffectChain chain(effects);
   std::vector<double> result;
   result.reserve(s.raw_command_Nm.size());
+  // What came before is not here: until the first command arrives, a lag is where the sensor shows it.
+  const auto unknown =
+      actuator.gain != 0 ? static_cast<std::size_t>(actuator.delay_s / s.raw_period_s) + 1 : 0;
   double state = s.raw_command_Nm.empty() ? 0 : s.raw_command_Nm.front();
   const double follow = actuator.lag_s > 0 ? -std::expm1(-s.raw_period_s / actuator.lag_s) : 1;
-  for (const double command : s.raw_command_Nm) {
-    state += follow * (chain.deliver(command, s.raw_period_s) - state);
+  for (std::size_t i = 0; i < s.raw_command_Nm.size(); ++i) {
+    state += follow * (chain.deliver(s.raw_command_Nm[i], s.raw_period_s) - state);
+    if (i < unknown) state = (s.raw_measured_Nm[i] - actuator.offset_Nm) / actuator.gain;
     result.push_back(actuator.gain * state + actuator.offset_Nm);
   }
   return result;
@@ -228,6 +241,13 @@ double least(const std::vector<double>& grid, const std::function<double(double)
   return 0.5 * (a + b);
 }
 
+std::vector<double> geometric(double from, double to, int count) {
+  std::vector<double> grid;
+  for (int i = 0; i < count; ++i)
+    grid.push_back(from * std::pow(to / from, static_cast<double>(i) / (count - 1)));
+  return grid;
+}
+
 std::vector<double> linear(double from, double to, int count) {
   std::vector<double> grid;
   for (int i = 0; i < count; ++i) grid.push_back(from + (to - from) * i / (count - 1));
@@ -281,18 +301,50 @@ ActuatorFindings actuator_channel(std::span<const Signals> all, const model::eff
   const auto cost = [&](const Actuator& a) { return sum(misfit(signals, base, a)); };
 
   Actuator actuator;
-  const auto fit_lag = [&](Actuator a) {
-    a.lag_s = least(linear(0, 10 * std::max(period_s, 1e-3), 12), [&](double lag) {
+  const double longest_loop_s = std::max(kLongestLoop_s, kMinPeriods * period_s);
+  const auto fit_lag_of = [&](Actuator a, const std::vector<double>& grid) {
+    a.lag_s = least(grid, [&](double lag) {
       Actuator b = a;
       b.lag_s = lag;
       return cost(b);
     });
     return a;
   };
-  actuator = fit_lag(actuator);
+  const auto fit_loop = [&](const Actuator& a) { return fit_lag_of(a, linear(0, longest_loop_s, 12)); };
+  const std::vector<double> lags_s = geometric(longest_loop_s, kSlowestActuator_s, 24);
+  // Of a row's command, or of that before.
+  const auto fit_lag = [&](Actuator a) {
+    a.delay_s = 0;
+    const Actuator same_row = fit_lag_of(a, lags_s);
+    if (base.find<model::effects::TransportDelay>()) return same_row;
+    a.delay_s = period_s;
+    const Actuator next_row = fit_lag_of(a, lags_s);
+    return cost(next_row) < cost(same_row) ? next_row : same_row;
+  };
+  const auto fit_delay = [&](Actuator a) {
+    a.delay_s = least(linear(period_s, std::min(0.4, 50 * period_s), 50), [&](double x) {
+      Actuator b = a;
+      b.delay_s = x;
+      return cost(b);
+    });
+    return a;
+  };
+  // A delay and a lag trade time: for each delay its own lag.
+  const auto fit_both = [&](Actuator a) {
+    const std::vector<double> shorter_s = geometric(longest_loop_s, a.lag_s, 6);
+    const auto with_lag = [&](double delay_s) {
+      Actuator b = a;
+      b.delay_s = delay_s;
+      return fit_lag_of(b, shorter_s);
+    };
+    return with_lag(least(linear(period_s, std::min(0.4, 50 * period_s), 25),
+                          [&](double x) { return cost(with_lag(x)); }));
+  };
+  actuator = fit_loop(actuator);
   bool delayed = false;
+  bool lagged = false;
   if (!base.find<model::effects::TransportDelay>()) {
-    const Actuator next_row = fit_lag({.delay_s = period_s});
+    const Actuator next_row = fit_loop({.delay_s = period_s});
     if (cost(next_row) < (1 - kMinGain) * cost(actuator)) actuator = next_row;
   }
 
@@ -300,6 +352,7 @@ ActuatorFindings actuator_channel(std::span<const Signals> all, const model::eff
   // Also not if a few rows are longer than any delay in the search range.
   const bool has_delay = base.find<model::effects::TransportDelay>() != nullptr ||
                          kMinPeriods * period_s >= model::effects::DelayLine::kLongest_s;
+  const bool has_lag = base.find<model::effects::TorqueLag>() != nullptr;
   const double highest_limit = std::min(largest, range_of("torque_saturation", "limit_Nm").upper);
   const bool has_limit = base.find<model::effects::TorqueSaturation>() != nullptr;
   bool scaled = false;
@@ -349,14 +402,17 @@ ActuatorFindings actuator_channel(std::span<const Signals> all, const model::eff
     }
     if (!has_delay && !delayed) {
       Actuator a = actuator;
-      a.delay_s = least(linear(period_s, std::min(0.4, 50 * period_s), 50), [&](double x) {
-        Actuator b = actuator;
-        b.lag_s = 0;
-        b.delay_s = x;
-        return cost(b);
-      });
-      a.lag_s = 0;
-      if (a.delay_s >= kMinPeriods * period_s) consider("transport_delay", fit_lag(a));
+      if (lagged) {
+        a = fit_both(a);
+      } else {
+        a.lag_s = 0;
+        a = fit_loop(fit_delay(a));
+      }
+      if (a.delay_s >= kMinPeriods * period_s) consider("transport_delay", a);
+    }
+    if (!has_lag && !lagged) {
+      const Actuator a = delayed ? fit_both(fit_lag_of(actuator, lags_s)) : fit_lag(actuator);
+      if (a.lag_s > longest_loop_s) consider("torque_lag", a);
     }
     if (!scaled) {
       const Actuator a = with_scale(signals, base, actuator, shifted ? Scale::kBoth : Scale::kGain);
@@ -379,7 +435,7 @@ ActuatorFindings actuator_channel(std::span<const Signals> all, const model::eff
     }
     FoundEffect found{.effect = model::effects::make_effect(name),
                       .where = {},
-                      .measured_on = "misfit of command and measured torque",
+                      .measured_on = kMisfit,
                       .held_out_gain = gain};
     const Actuator chosen = best->actuator;
     if (name == "torque_deadband") {
@@ -407,22 +463,10 @@ ActuatorFindings actuator_channel(std::span<const Signals> all, const model::eff
                      });
       });
       found.parameters = {estimate("limit_Nm", chosen.limit_Nm, half)};
-    } else if (name == "transport_delay") {
-      // A row's measured torque answers the previous row; with a recorder that stores both at one instant it
-      // appears a period later, which the interval covers.
-      const double delay_s = chosen.delay_s - period_s;
-      found.effect = model::effects::make_effect("transport_delay", {{"delay_s", delay_s}});
+    } else if (name == "transport_delay" || name == "torque_lag") {
       found.where = {.coordinate = "frequency_Hz", .from = 0, .to = 0.5 / period_s};
-      const double half = half_width(signals, [&](const std::vector<Signals>& part) {
-        return least(linear(std::max(0.0, chosen.delay_s - 3 * period_s), chosen.delay_s + 3 * period_s, 13),
-                     [&](double x) {
-                       Actuator b = chosen;
-                       b.delay_s = x;
-                       return sum(misfit(part, base, b));
-                     });
-      });
-      found.parameters = {estimate("delay_s", delay_s, std::max(half, 0.5 * period_s))};
-      found.parameters.front().upper += period_s;
+      delayed = delayed || name == "transport_delay";
+      lagged = lagged || name == "torque_lag";
     } else {
       found.where = {.coordinate = "torque_command_Nm", .from = -largest, .to = largest};
       scaled = scaled || name == "actuator_gain";
@@ -434,11 +478,39 @@ ActuatorFindings actuator_channel(std::span<const Signals> all, const model::eff
     for (std::size_t b = 0; b < now.size(); ++b) found.blocks_improved += best->blocks[b] < now[b] ? 1 : 0;
     found.p_value = chance;
     findings.effects.push_back(std::move(found));
-    delayed = delayed || name == "transport_delay";
     actuator = rescaled(signals, chosen);
   }
+  // Their sizes depend on what was found after them.
   for (FoundEffect& found : findings.effects) {
     const std::string_view name = model::effects::name_of(found.effect);
+    if (name == "transport_delay") {
+      // A row's measured torque answers the previous row; with a recorder that stores both at one instant it
+      // appears a period later, which the interval covers.
+      const double delay_s = actuator.delay_s - period_s;
+      found.effect = model::effects::make_effect("transport_delay", {{"delay_s", delay_s}});
+      const double half = half_width(signals, [&](const std::vector<Signals>& part) {
+        return least(
+            linear(std::max(0.0, actuator.delay_s - 3 * period_s), actuator.delay_s + 3 * period_s, 13),
+            [&](double x) {
+              Actuator b = actuator;
+              b.delay_s = x;
+              return sum(misfit(part, base, b));
+            });
+      });
+      found.parameters = {estimate("delay_s", delay_s, std::max(half, 0.5 * period_s))};
+      found.parameters.front().upper += period_s;
+    } else if (name == "torque_lag") {
+      found.effect = model::effects::make_effect("torque_lag", {{"time_constant_s", actuator.lag_s}});
+      const double half = half_width(signals, [&](const std::vector<Signals>& part) {
+        return least(linear(0.8 * actuator.lag_s, 1.2 * actuator.lag_s, 11), [&](double x) {
+          Actuator b = actuator;
+          b.lag_s = x;
+          return sum(misfit(part, base, b));
+        });
+      });
+      // A row's torque may be that of its own command or of the one before.
+      found.parameters = {estimate("time_constant_s", actuator.lag_s, std::max(half, period_s))};
+    }
     const bool is_gain = name == "actuator_gain";
     if (!is_gain && name != "actuator_offset") continue;
     const auto size = [is_gain](const Actuator& a) { return is_gain ? a.gain : a.offset_Nm; };
@@ -467,6 +539,17 @@ ActuatorFindings actuator_channel(std::span<const Signals> all, const model::eff
     findings.left_Nm.push_back(std::move(left));
   }
   return findings;
+}
+
+bool is_of_late_sensor(const FoundEffect& found, double late_s) {
+  if (found.measured_on != kMisfit) return false;
+  const std::string_view name = model::effects::name_of(found.effect);
+  const char* const parameter = name == "transport_delay" ? "delay_s"
+                                : name == "torque_lag"    ? "time_constant_s"
+                                                          : nullptr;
+  if (parameter == nullptr) return false;
+  const double time_s = model::effects::parameter_of(found.effect, parameter);
+  return late_s > kOfSensor * std::min(time_s, kLongestLag_s);
 }
 
 }  // namespace identification::gap

@@ -11,9 +11,10 @@
 
 namespace identification::gap {
 
-/// Dead-band, saturation, delay, gain and offset between command and measured torque, beyond those of `base`
-/// and behind them. A pure lag of sensor or current loop is not an effect; a delay must fit better than any
-/// lag. Whether an offset is the actuator's or the torque sensor's, the motion decides (sensor_offset.h).
+/// Dead-band, saturation, delay, lag, gain and offset between command and measured torque, beyond those of
+/// `base` and behind them. A lag of 10 ms or less, of sensor or current loop, is not an effect; a delay must
+/// fit better than any lag. Whether an offset, delay or lag is the actuator's or the torque sensor's, the
+/// motion decides (sensor_offset.h, is_of_late_sensor).
 /// Without a torque command the delay may be visible in a velocity command (speed_channel.h). Empty if torque
 /// was not measured or no command recorded.
 struct ActuatorFindings {
@@ -24,5 +25,9 @@ struct ActuatorFindings {
 };
 ActuatorFindings actuator_channel(std::span<const Signals> all, const model::effects::DriveModel& base,
                                   const Options& options);
+
+/// Whether a delay or lag in `found` is the torque sensor's: the motion shows that the measured torque is
+/// recorded late, by `late_s`, which is fitted up to kLongestLag_s.
+bool is_of_late_sensor(const FoundEffect& found, double late_s);
 
 }  // namespace identification::gap

@@ -395,7 +395,7 @@ void Builder::actuator() {
          {kAsItIs},
          [=](const FittedModel& f, const Eigen::VectorXd&) {
            FittedModel as_commanded = f;
-           if (effect == "transport_delay") as_commanded.lag_s = as_commanded.smoothing_s2 = 0;
+           if (effect != "torque_deadband") as_commanded.lag_s = as_commanded.smoothing_s2 = 0;
            return plus(as_commanded, effect, {{parameter, value}});
          }});
   };
@@ -405,6 +405,9 @@ void Builder::actuator() {
   if (!has<model::effects::TransportDelay>() && shortest_s < 0.5 * model::effects::DelayLine::kLongest_s)
     for (const double delay : geometric(shortest_s, std::min(0.4, 60 * shortest_s), 12))
       by_value("transport_delay", "delay_s", delay);
+  if (!has<model::effects::TorqueLag>())
+    for (const double lag : geometric(shortest_s, 300 * shortest_s, 12))
+      by_value("torque_lag", "time_constant_s", lag);
 }
 
 /// Adds the program's own effects that the model does not have.

@@ -58,6 +58,7 @@ constexpr std::array kSizes{
     Size{"elasticity", "stiffness_Nm_per_rad"},
     Size{"torque_deadband", "threshold_Nm"},
     Size{"transport_delay", "delay_s"},
+    Size{"torque_lag", "time_constant_s"},
 };
 /// Those of one effect; a user's own is absent if its amplitude is zero.
 std::vector<Size> sizes_of(const model::effects::AnyEffect& effect) {
@@ -87,6 +88,9 @@ class Confirmation {
       return "its gap is narrower than two steps of the encoder";
     if (effect == "backlash" && !crosses_gap(result_.fitted, judged_.rows))
       return "its gap is not small against the stroke, or hardly ever crossed";
+    if ((gives(effect) || effect == "presliding") && is_longest_lag(result_.fitted.lag_s) &&
+        std::ranges::none_of(judged_.rows.signals(), &Signals::torque_is_command))
+      return "the torque is recorded later than can be fitted, which looks the same";
     if (effect == "stribeck" &&
         parameter(i, "static_torque_Nm").value < none_at(kStribeck, result_.fitted.model))
       return "its static torque is below the Coulomb friction, which is another shape";

@@ -152,7 +152,6 @@ bool is_given(const AnyEffect& effect) {
          std::holds_alternative<model::effects::PositionFriction>(effect) ||
          std::holds_alternative<model::effects::TorqueRipple>(effect) ||
          std::holds_alternative<model::effects::EncoderEccentricity>(effect) ||
-         std::holds_alternative<model::effects::TorqueLag>(effect) ||
          std::holds_alternative<model::effects::TorqueSaturation>(effect) ||
          std::holds_alternative<model::effects::ActuatorGain>(effect) ||
          std::holds_alternative<model::effects::ActuatorOffset>(effect) ||
@@ -187,7 +186,9 @@ std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows
                     (1 - kInertiaTolerance) * given, (1 + kInertiaTolerance) * given, given});
   const bool measured = std::ranges::none_of(rows.signals(), &Signals::torque_is_command);
   const double period_s = longest_period_s(rows);
-  if (measured || fitted.model.find<model::effects::TransportDelay>() == nullptr) {
+  const bool commands_are_late = fitted.model.find<model::effects::TransportDelay>() != nullptr ||
+                                 fitted.model.find<model::effects::TorqueLag>() != nullptr;
+  if (measured || !commands_are_late) {
     const double lead_s =
         measured ? std::min(period_s, kLongestLead_s) : std::max(0.5 * period_s, kCurrentLoop_s);
     const double lag_s = measured ? kLongestLag_s : 0.5 * period_s;

@@ -21,6 +21,8 @@ inline constexpr double kMaxInertiaDecrease = 0.9;
 inline constexpr double kMaxInertiaIncrease = 9;
 /// Maximum delay of the torque sensor that does not count as an effect.
 inline constexpr double kLongestLag_s = 0.01;
+/// A torque that may be recorded even later.
+constexpr bool is_longest_lag(double lag_s) { return lag_s > 0.99 * kLongestLag_s; }
 /// Maximum lead: a recorder's convention may shift the torque by one sample.
 inline constexpr double kLongestLead_s = 0.002;
 /// Maximum delay of the current loop that does not count as an effect.

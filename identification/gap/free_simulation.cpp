@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <span>
 #include <utility>
 
 #include "identification/gap/between_flanks.h"
@@ -17,6 +18,9 @@ namespace {
 constexpr double kWindow_s = 1.0;
 constexpr std::size_t kMaxWindows = 60;
 constexpr std::size_t kMinWindowSamples = 4;
+/// Commands before a window that its actuator may still deliver: the longest delay, and the slow part of
+/// lags.
+constexpr double kActuatorMemory_s = 2.0;
 /// Simulation steps per sample: as many as friction needs.
 constexpr int kMinSubsteps = 20;
 /// Share of the squared motion that a simulation may leave and still follow it. No window leaves more than a
@@ -106,6 +110,11 @@ std::vector<double> FreeSimulation::velocity(const Window& window) const {
   drive.set_laws(law_states(model_, s, window.first));
   drive.set_running(s.running_s[window.first]);
   drive.set_since_reversal(s.since_reversal_s[window.first]);
+  if (s.torque_is_command) {
+    const auto remembered =
+        std::min(window.first, static_cast<std::size_t>(std::llround(kActuatorMemory_s / s.period_s)));
+    drive.set_commanded(std::span(s.torque_Nm).subspan(window.first - remembered, remembered));
+  }
   std::vector<double> velocity;
   for (std::size_t i = window.first; i < window.first + window.length; ++i) {
     velocity.push_back(drive.velocity_rad_per_s());

@@ -274,7 +274,6 @@ void name_inertia(Result& result, const model::effects::DriveModel& base, const 
 
 /// Of the torque's recording; less than a sample of most recorders.
 constexpr double kWorthNotingLag_s = 1e-3;
-constexpr double kAlmostLongest = 0.99;
 
 HeldOutRows held_out_rows(const Rows& rows, const Eigen::VectorXd& before, const Eigen::VectorXd& after,
                           const Indices& held_out) {
@@ -447,8 +446,7 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
       std::ranges::none_of(searched, &Signals::torque_is_command))
     result.notes.push_back(
         "The torque is taken as recorded " + short_number(1e3 * std::abs(final.lag_s)) + " ms " +
-        (final.lag_s > 0 ? "late" : "early") +
-        (final.lag_s > kAlmostLongest * kLongestLag_s ? " or more" : "") +
+        (final.lag_s > 0 ? "late" : "early") + (is_longest_lag(final.lag_s) ? " or more" : "") +
         ", fitted to the motion. All gaps here allow for that, and the model has no part of it.");
   result.blind_spots = blind_spots(searched, rest.rests);
   const FittedModel refitted = refined(given, rows, parts.training.rows);
@@ -512,6 +510,12 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
         "The offset between command and measured torque is the actuator's or the torque sensor's; the motion "
         "does not decide. Record the torque sensor with the drive switched off.");
   }
+  std::erase_if(actuator.effects,
+                [&](const FoundEffect& found) { return is_of_late_sensor(found, final.lag_s); });
+  // A part of a lag may be the sensor's.
+  for (FoundEffect& found : actuator.effects)
+    if (std::holds_alternative<model::effects::TorqueLag>(found.effect))
+      found.parameters.front().lower -= std::max(0.0, final.lag_s);
   if (sign && sign->found) {
     result.gap_before_Nm = std::max(result.gap_before_Nm, sign->found->gap_before);
     result.effects.push_back(*sign->found);

@@ -236,7 +236,7 @@ Where where_of(std::string_view effect, const Eigen::VectorXd& contribution, con
     if (effect == "presliding" || effect == "backlash")
       return {"time_since_reversal_s", [](const Signals& s) { return s.since_reversal_s; }};
     if (effect == "thermal_drift") return {"running_time_s", [](const Signals& s) { return s.running_s; }};
-    if (effect == "torque_deadband" || effect == "transport_delay")
+    if (effect == "torque_deadband" || effect == "transport_delay" || effect == "torque_lag")
       return {"torque_command_Nm", [](const Signals& s) { return s.torque_Nm; }};
     return {"velocity_rad_per_s", [](const Signals& s) { return s.velocity_rad_per_s; }};
   }();

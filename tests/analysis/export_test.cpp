@@ -168,6 +168,31 @@ TEST(ExportMujoco, ABristleCarriesAllFriction) {
   EXPECT_TRUE(has(text, "lugre=\"5 0.01 0.045 0.045 1\""));
 }
 
+TEST(ExportMujoco, AnActuatorLimitsDelaysFiltersAndScalesTheCommand) {
+  const std::string text = exported(drive({kCoulomb, make_effect("torque_saturation", {{"limit_Nm", 0.6}}),
+                                           make_effect("transport_delay", {{"delay_s", 0.01}}),
+                                           make_effect("torque_lag", {{"time_constant_s", 0.04}}),
+                                           make_effect("actuator_gain", {{"gain", 1.25}}),
+                                           make_effect("actuator_offset", {{"torque_Nm", 0.02}})}));
+  EXPECT_TRUE(has(text,
+                  R"(<general name="drive" joint="drive" dyntype="filterexact" dynprm="0.04" gear="1.25" )"
+                  R"(ctrlrange="-0.6 0.6" delay="0.01" nsample=")"))
+      << text;
+  EXPECT_TRUE(has(text, R"(biasprm="0.02 0 0")")) << text;
+  // Behind the gain, the limit is one of the delivered torque.
+  EXPECT_TRUE(has(exported(drive({make_effect("actuator_gain", {{"gain", 2}}),
+                                  make_effect("torque_saturation", {{"limit_Nm", 0.6}})})),
+                  R"(ctrlrange="-0.3 0.3")"));
+}
+
+TEST(ExportMujoco, ASpringActsOnTheLoad) {
+  const auto spring = make_effect("spring", {{"stiffness_Nm_per_rad", 0.4}, {"rest_position_rad", -0.2}});
+  EXPECT_TRUE(has(exported(drive({kCoulomb, spring})), R"(stiffness="0.4" springref="-0.2"/>)"));
+  const std::string text =
+      exported(drive({kCoulomb, spring, make_effect("backlash", {{"gap_rad", 0.05}, {"load_share", 0.25}})}));
+  EXPECT_LT(text.find("<joint name=\"drive_load\""), text.find("springref")) << text;
+}
+
 TEST(ExportMujoco, RipplesOfAnyNumberOpposeMotion) {
   const std::string text = exported(drive(
       {make_effect("cogging", {{"amplitude_Nm", 0.02}, {"periods_per_rev", 12.5}, {"phase_rad", 0.7}})}));

@@ -12,6 +12,7 @@
 namespace actuator_channel_test {
 
 using identification::gap::actuator_channel;
+using identification::gap::is_of_late_sensor;
 using identification::gap::Signals;
 
 /// Three sines at 100 Hz, measured some rows later.
@@ -107,6 +108,53 @@ TEST(GapActuatorChannel, AGainActsBehindTheDeadBand) {
   ASSERT_EQ(findings.effects.size(), 2U);
   EXPECT_NEAR(size_of(findings.effects[0], "threshold_Nm"), 0.04, 0.002);
   EXPECT_NEAR(size_of(findings.effects[1], "gain"), 1.3, 0.01);
+}
+
+/// Steps at 1 kHz, some rows late and through a first-order lag.
+Signals lagging(double lag_s, std::size_t rows) {
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> noise(0, 1e-3);
+  std::uniform_real_distribution<double> level(-0.2, 0.2);
+  Signals s;
+  s.raw_period_s = 1e-3;
+  double delivered_Nm = 0;
+  for (std::size_t i = 0; i < 20000; ++i) {
+    s.raw_command_Nm.push_back(i % 150 == 0 ? level(random) : s.raw_command_Nm.back());
+    const double acting_Nm = i >= rows ? s.raw_command_Nm[i - rows] : 0.0;
+    delivered_Nm += (acting_Nm - delivered_Nm) * (1 - std::exp(-1e-3 / lag_s));
+    s.raw_measured_Nm.push_back(delivered_Nm + noise(random));
+  }
+  return s;
+}
+
+TEST(GapActuatorChannel, ALagIsNoDelayAndBothAreFound) {
+  for (const double lag_s : {0.015, 0.05, 0.3})
+    for (const std::size_t rows : {1U, 9U}) {
+      SCOPED_TRACE(testing::Message() << lag_s << " s, " << rows << " rows");
+      const auto findings = actuator_channel(std::vector{lagging(lag_s, rows)}, {}, {});
+      ASSERT_EQ(findings.effects.size(), rows > 1 ? 2U : 1U);
+      const auto& lag = findings.effects.back().parameters.at(0);
+      EXPECT_EQ(model::effects::name_of(findings.effects.back().effect), "torque_lag");
+      EXPECT_NEAR(lag.value, lag_s, 0.01 * lag_s + 0.5e-3);
+      EXPECT_LT(lag.lower, lag_s);
+      EXPECT_GT(lag.upper, lag_s);
+      if (rows > 1) {
+        EXPECT_EQ(model::effects::name_of(findings.effects[0].effect), "transport_delay");
+        EXPECT_NEAR(size_of(findings.effects[0], "delay_s"), 8e-3, 1e-3);
+      }
+    }
+}
+
+TEST(GapActuatorChannel, ALagThatACurrentLoopOrASensorMayHaveHasNoName) {
+  EXPECT_TRUE(actuator_channel(std::vector{lagging(0.006, 1)}, {}, {}).effects.empty());
+}
+
+TEST(GapActuatorChannel, ALagOrDelayIsTheSensorsIfTheMotionIsEarlier) {
+  const auto findings = actuator_channel(std::vector{lagging(0.02, 1)}, {}, {});
+  ASSERT_EQ(findings.effects.size(), 1U);
+  // The motion shows up to 10 ms.
+  EXPECT_TRUE(is_of_late_sensor(findings.effects[0], 0.01));
+  EXPECT_FALSE(is_of_late_sensor(findings.effects[0], 0.002));
 }
 
 TEST(GapActuatorChannel, ALimitIsNoGain) {

@@ -112,7 +112,8 @@ HiddenPlant::HiddenPlant(const Plant& plant, const HiddenEffects& effects, const
       noise_chance_(seed ^ 0x5E50u),
       current_decay_(std::exp(-kResistance_ohm / kInductance_H * kStep_s)),
       lag_gain_(sensors.torque_lag_s > 0 ? -std::expm1(-kStep_s / sensors.torque_lag_s) : 1),
-      running_s_(running_s) {
+      running_s_(running_s),
+      command_gain_(effects.command_lag_s > 0 ? -std::expm1(-kStep_s / effects.command_lag_s) : 1) {
   const bool two_masses = effects.gap_rad > 0 || effects.shaft_rad_per_Nm > 0 || effects.coupling_per_Nm > 0;
   const double share = two_masses ? effects.load_share : plant.load_share;
   const double inertia = plant.inertia_kg_m2 + effects.inertia_kg_m2;
@@ -309,7 +310,9 @@ void HiddenPlant::step(double command_Nm) {
   double missing_shaft_Nm = 0;
   double delivered_Nm = 0;
   for (int i = 0; i < kSubsteps; ++i) {
-    const double delivered = delivered_command_Nm(time_s_ + i * kStep_s);
+    filtered_command_Nm_ +=
+        command_gain_ * (delivered_command_Nm(time_s_ + i * kStep_s) - filtered_command_Nm_);
+    const double delivered = filtered_command_Nm_;
     substep(delivered);
     if (i + 1 == kSensedSubstep) measure();
     delivered_Nm += delivered / kSubsteps;

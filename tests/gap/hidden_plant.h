@@ -85,6 +85,7 @@ struct HiddenEffects {
   double offset_Nm = 0;
   double deadband_Nm = 0;
   double delay_s = 0;
+  double command_lag_s = 0;     ///< of a first-order filter of the command; not a kind of its own here
   double unsigned_current = 0;  ///< 1: the sensor has lost the sign
   double load_friction = 0;     ///< share of the load that becomes friction
   double push_Nm = 0;
@@ -208,6 +209,8 @@ class HiddenPlant {
   double torque_Nm_ = 0;
   double sensed_torque_Nm_ = 0;
   double lagged_torque_Nm_ = 0;
+  double command_gain_;
+  double filtered_command_Nm_ = 0;
   double noise_Nm_ = 0;
   double measured_position_rad_ = 0;
   double measured_torque_Nm_ = 0;

@@ -2,6 +2,7 @@
 // which a window starts, its torque, the measured velocity, and the error of our own simulation. usage:
 // export_windows OUT                      the built-in cases: hidden drives and a model of each
 //        export_windows OUT MODEL RECORDING...   one case
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <exception>
@@ -38,6 +39,7 @@ struct KnownDrive {
   HiddenEffects hidden;
   std::vector<model::effects::AnyEffect> effects;
   bool commanded = false;  ///< the torque was not measured
+  double gain = 1;         ///< delivered torque over recorded command
 };
 
 std::vector<KnownDrive> known_drives() {
@@ -88,6 +90,16 @@ std::vector<KnownDrive> known_drives() {
                  .hidden = {.delay_s = 0.03},
                  .effects = {make_effect("transport_delay", {{"delay_s", 0.03}})},
                  .commanded = true});
+  constexpr double kLag_s = 0.04;
+  all.push_back({.name = "torque_lag",
+                 .hidden = {.command_lag_s = kLag_s},
+                 .effects = {make_effect("torque_lag", {{"time_constant_s", kLag_s}})},
+                 .commanded = true});
+  all.push_back({.name = "actuator_gain",
+                 .hidden = {},
+                 .effects = {make_effect("actuator_gain", {{"gain", 1.3}})},
+                 .commanded = true,
+                 .gain = 1.3});
   return all;
 }
 
@@ -109,10 +121,14 @@ std::vector<Source> recordings_of(const KnownDrive& drive) {
       gap_test::recordings_of({.plant = {}, .effects = drive.hidden, .sensors = {}},
                               {{.experiment = Experiment::kMultisine, .duration_s = 10, .seed = 5},
                                {.experiment = Experiment::kRandomSteps, .duration_s = 10, .seed = 6}});
-  if (drive.commanded)
-    for (Source& source : sources)
-      std::erase_if(source.recording.columns,
-                    [](const auto& column) { return column.name == "torque_measured_Nm"; });
+  for (Source& source : sources) {
+    auto& columns = source.recording.columns;
+    if (drive.commanded)
+      std::erase_if(columns, [](const auto& column) { return column.name == "torque_measured_Nm"; });
+    for (auto& column : columns)
+      if (column.name == "torque_command_Nm")
+        for (double& command : column.values) command /= drive.gain;
+  }
   return sources;
 }
 
@@ -120,6 +136,12 @@ std::vector<Source> recordings_of(const KnownDrive& drive) {
 std::vector<double> slice(const std::vector<double>& values, const Window& window) {
   const auto begin = values.begin() + static_cast<std::ptrdiff_t>(window.first);
   return {begin, begin + static_cast<std::ptrdiff_t>(window.length)};
+}
+
+/// The half second before a window, as far as there is one.
+Window before(const Window& window, const Signals& s) {
+  const std::size_t length = std::min(window.first, static_cast<std::size_t>(0.5 / s.period_s));
+  return {window.recording, window.first - length, length};
 }
 
 json windows_json(const DriveModel& model, const identification::gap::MeasuredGap& data) {
@@ -141,6 +163,8 @@ json windows_json(const DriveModel& model, const identification::gap::MeasuredGa
              {"velocity", s.velocity_rad_per_s[window.first]},
              {"torque", slice(s.torque_Nm, window)},
              {"measured", slice(s.velocity_rad_per_s, window)}};
+    // What the actuator still delivers.
+    if (s.torque_is_command) one["before"] = slice(s.torque_Nm, before(window, s));
     if (two_masses) {
       const auto load = identification::gap::load_side_of(model, s);
       one["load_position"] = s.position_rad[window.first] - load.twist_rad[window.first];

@@ -34,13 +34,17 @@ function error_of(text, {period_s, commanded, windows}) {
   let samples = 0;
   for (const window of windows) {
     mujoco.mj_resetData(drive, data);
+    for (const torque of window.before ?? []) {
+      data.ctrl[0] = torque;
+      for (let k = 0; k < steps; ++k) mujoco.mj_step(drive, data);
+    }
     data.qpos[0] = window.position;
     data.qvel[0] = window.velocity;
     if (drive.nv > 1) {
       data.qpos[1] = window.load_position ?? window.position;
       data.qvel[1] = window.load_velocity ?? window.velocity;
     }
-    for (let i = 0; i < drive.na; ++i) data.act[i] = window.deflection ?? 0;
+    if (!commanded) for (let i = 0; i < drive.na; ++i) data.act[i] = window.deflection ?? 0;
     for (const [i, torque] of window.torque.entries()) {
       squares += (data.qvel[0] - window.measured[i]) ** 2;
       ++samples;
