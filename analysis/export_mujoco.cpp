@@ -92,7 +92,8 @@ std::string position_torques(const DriveModel& model, const Hinge& motor, const 
   return text;
 }
 
-/// MuJoCo limits and delays the command, filters it, and multiplies it with the gear.
+/// MuJoCo limits and delays the command, filters it, and multiplies it with the gear. Its delay is a whole
+/// number of steps, and its filter a step late, unless the attributes change that.
 std::string motor(const DriveModel& model, double timestep_s) {
   double delay_s = 0;
   double lag_s = 0;
@@ -114,12 +115,12 @@ std::string motor(const DriveModel& model, double timestep_s) {
     }
   }
   std::string text = fmt::format(R"(    <{} name="drive" joint="drive")", lag_s > 0 ? "general" : "motor");
-  if (lag_s > 0) text += fmt::format(R"( dyntype="filterexact" dynprm="{}")", number(lag_s));
+  if (lag_s > 0) text += fmt::format(R"( dyntype="filterexact" dynprm="{}" actearly="true")", number(lag_s));
   if (gain != 1) text += fmt::format(R"( gear="{}")", number(gain));
   if (std::isfinite(limit_Nm))
     text += fmt::format(R"( ctrlrange="{} {}")", number(-limit_Nm), number(limit_Nm));
   if (delay_s > 0)
-    text += fmt::format(R"( delay="{}" nsample="{}")", number(delay_s),
+    text += fmt::format(R"( delay="{}" nsample="{}" interp="linear")", number(delay_s),
                         static_cast<long>(std::ceil(delay_s / timestep_s)) + 1);
   text += "/>\n";
   return offset_Nm == 0 ? text : text + mjcf::constant("drive", offset_Nm);

@@ -174,9 +174,9 @@ TEST(ExportMujoco, AnActuatorLimitsDelaysFiltersAndScalesTheCommand) {
                                            make_effect("torque_lag", {{"time_constant_s", 0.04}}),
                                            make_effect("actuator_gain", {{"gain", 1.25}}),
                                            make_effect("actuator_offset", {{"torque_Nm", 0.02}})}));
-  EXPECT_TRUE(has(text,
-                  R"(<general name="drive" joint="drive" dyntype="filterexact" dynprm="0.04" gear="1.25" )"
-                  R"(ctrlrange="-0.6 0.6" delay="0.01" nsample=")"))
+  EXPECT_TRUE(
+      has(text, R"(<general name="drive" joint="drive" dyntype="filterexact" dynprm="0.04" actearly="true" )"
+                R"(gear="1.25" ctrlrange="-0.6 0.6" delay="0.01" nsample=")"))
       << text;
   EXPECT_TRUE(has(text, R"(biasprm="0.02 0 0")")) << text;
   // Behind the gain, the limit is one of the delivered torque.

@@ -30,14 +30,19 @@ function error_of(text, {period_s, commanded, windows}) {
   const steps = Math.max(1, Math.round(period_s / drive.opt.timestep));
   drive.opt.timestep = period_s / steps;
   const data = new mujoco.MjData(drive);
+  /// Commands pass a filter before they are samples: between two, they are a line.
+  function command(from, to) {
+    for (let k = 0; k < steps; ++k) {
+      data.ctrl[0] = from + ((k + 0.5) / steps) * (to - from);
+      mujoco.mj_step(drive, data);
+    }
+  }
   let squares = 0;
   let samples = 0;
   for (const window of windows) {
     mujoco.mj_resetData(drive, data);
-    for (const torque of window.before ?? []) {
-      data.ctrl[0] = torque;
-      for (let k = 0; k < steps; ++k) mujoco.mj_step(drive, data);
-    }
+    const before = window.before ?? [];
+    for (const [i, torque] of before.entries()) command(torque, before[i + 1] ?? window.torque[0]);
     data.qpos[0] = window.position;
     data.qvel[0] = window.velocity;
     if (drive.nv > 1) {
@@ -49,8 +54,11 @@ function error_of(text, {period_s, commanded, windows}) {
       squares += (data.qvel[0] - window.measured[i]) ** 2;
       ++samples;
       // A measured torque has passed the actuator, with its delay.
-      if (commanded) data.ctrl[0] = torque;
-      else data.qfrc_applied[0] = torque;
+      if (commanded) {
+        command(torque, window.torque[i + 1] ?? torque);
+        continue;
+      }
+      data.qfrc_applied[0] = torque;
       for (let k = 0; k < steps; ++k) mujoco.mj_step(drive, data);
     }
   }
