@@ -484,6 +484,7 @@ ActuatorFindings actuator_channel(std::span<const Signals> all, const model::eff
   for (FoundEffect& found : findings.effects) {
     const std::string_view name = model::effects::name_of(found.effect);
     if (name == "transport_delay") {
+      if (actuator.delay_s < kMinPeriods * period_s) continue;  // a lag has taken its place
       // A row's measured torque answers the previous row; with a recorder that stores both at one instant it
       // appears a period later, which the interval covers.
       const double delay_s = actuator.delay_s - period_s;
